@@ -59,6 +59,9 @@ DYNAMICS = [
     Term("contact mode", "", "", "open, stick, slip", "motion/events/decision.py:solved_modes"),
     Term("compliant contact", "N(d, d')", "N", "contact whose normal force is a law of its depth d", "dynamics/contact_geometry.py:normal_force"),
     Term("friction cone", "|T| <= μ N", "N", "contact forces that Coulomb's law allows", "motion/cones/contact_problem.py:ContactProblem"),
+    Term("friction ellipse", "(T1/μ1)² + (T2/μ2)² <= N²", "N", "friction with two coefficients, along a direction of the surface and across it", "model/contact.py:elliptic_friction"),
+    Term("adhesion", "A", "N", "pull that a closed contact bears, N >= -A", "motion/events/moment.py:adhere"),
+    Term("rolling resistance", "δ", "m", "length whose product with N bounds the moment against rolling", "model/resistance.py:Resistance"),
     Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/events/impulses.py:together"),
 ]  # fmt: skip
 FORMULAS = [

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.cli import command as program
-from freebody.errors import FormatError
+from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.exact import damped_impact, elastic_impact, hunt_crossley_restitution
 
 G, R, M = 9.81, 0.02, 0.1
@@ -190,3 +190,43 @@ def test_files_keep_the_law(tmp_path):
     assert "N = " in shown and "depth" in shown
     with pytest.raises(FormatError, match="its normal force; contacts of the format have solref instead"):
         fb.write(s, tmp_path / "ball.xml", values={"g": G})
+
+
+PULLING = {
+    "-depth": "Expected a normal force of contact 'floor' that grows from 0 with `depth`, since it only presses, got "
+    '-depth: -9.31323e-10 N at depth = 9.3e-10 m. Write a law such as "k*depth" with k > 0.',
+    "c*depth*rate": "Expected a normal force of contact 'floor' that grows from 0 with `depth`, since it only presses, "
+    'got c*depth*rate: 0 N at depth = 9.3e-10 m. Write a law such as "k*depth" with k > 0.',
+    "k*depth - c*rate": "Expected a normal force of contact 'floor' that presses as the contact closes, at rate > 0, "
+    "got -c*rate + depth*k: -1.86265e-08 N at depth = 0, rate = 9.3e-10 m/s. A damper has c > 0 in "
+    '"k*depth + c*rate".',
+}
+
+
+@pytest.mark.parametrize("law", PULLING)
+def test_a_law_that_pulls_is_refused(law):
+    with pytest.raises(ModelError) as caught:
+        falling(law)
+    assert str(caught.value) == PULLING[law]
+
+
+@pytest.mark.parametrize("route", [{}, {"method": "timestepping", "step": 1e-3}])
+def test_a_law_that_pulls_with_the_values_of_a_run_is_refused(route):
+    with pytest.raises(
+        SimulationError, match="grows from 0 with `depth`, since it only presses, got depth\\*k: -9.3"
+    ):
+        fb.simulate(falling("k*depth"), 0.1, initial={"y": 0.01}, values={"k": -10}, **route)
+
+
+def test_a_box_that_rocks_on_four_soft_corners_comes_to_rest_in_steps():
+    """Corners at different depths slip by nanometres over each other as the box pitches: all cannot stick."""
+    s = fb.System("box")
+    s.gravity = (0, 0, -G)
+    box = s.body("box", fb.box(1, (0.2, 0.2, 0.1)))
+    s.free("f", s.ground, box)
+    corners = box.corners(*((x, y, -0.05) for x in (-0.1, 0.1) for y in (-0.1, 0.1)))
+    s.contact("floor", corners, s.ground.plane(normal="z"), friction=0.4, normal="1e4*depth + 20*rate")
+    start = {"f_z": 0.06, "f_wx": 1.0, "f_wy": 0.3, "f_vx": 0.2}
+    motion = fb.simulate(s, 0.5, initial=start, method="timestepping", step=1e-3)
+    assert motion["f_z"][-1] == pytest.approx(0.05 - G / 4e4, abs=1e-5)
+    assert abs(motion["f_vx"][-1]) < 1e-6

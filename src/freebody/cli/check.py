@@ -128,11 +128,16 @@ def _contacts(system: System, text: Any) -> None:
     for name, pair in system.contacts.items():
         shapes = pair.parts
         friction = text(pair.friction)
+        if getattr(pair, "along", None) is not None:
+            friction += f" along ({', '.join(map(text, pair.along))}), {text(pair.friction_across)} across"
         if pair.static_friction not in (None, at_rest(pair.friction)):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         law = getattr(pair, "normal_force", None)
         bounce = bounce if law is None else f"N = {text(law)}"
+        for law in ("adhesion", "rolling", "spinning"):
+            if getattr(pair, law, 0) != 0:
+                bounce += f", {law} {text(getattr(pair, law))}"
         grid.row(name, *shapes, friction, bounce)
     grid.print()
 

@@ -144,6 +144,11 @@ class Geometry:
 def _tangents(at: Geometry, contact: Contact, n: Vector) -> tuple[Vector, ...]:
     if contact.planar is not None:
         return (cross(n, contact.planar),)
+    if contact.along is not None:
+        a = at.turned(contact.surface.body, contact.along)
+        level = subtract(a, scale(dot(a, n), n))
+        first = scale(divide(1, at.field.sqrt(dot(level, level))), level)
+        return first, cross(n, first)
     shape = max((contact.surface, contact.feature), key=lambda shape: shape.precedence)
     if shape.precedence > 0:
         return shape.tangents(at, n, shape is contact.feature)

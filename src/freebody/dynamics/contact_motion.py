@@ -27,7 +27,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .conditions.constrained import constrained_loading, with_wrenches
-from .conditions.constraints import friction_of_slip, linearized, rows, slip_direction
+from .conditions.constraints import friction_along_tangents, linearized, rows
 from .conditions.contact import (
     contact_rows,
     given_normal_force,
@@ -148,8 +148,8 @@ def contact_forces(
         touching = model.constraints[name]
         if touching.slips:
             (N,) = values
-            mu = friction_of_slip(model, state, touching)
-            values = [N, *(-(mu * N * d) for d in slip_direction(model, state, touching))]
+            pressure = N + state(touching.contact.adhesion)
+            values = [N, *friction_along_tangents(model, state, touching, pressure)]
         result[name] = (result[name][0], *values) if touching.contact.held else tuple(values)
     return result
 
@@ -163,8 +163,7 @@ def _given_forces(model: Model, state: State, contact: Contact) -> tuple[Scalar,
     if not isinstance(load, Sliding):
         return (N, *(0,) * contact.tangents)
     touching = Touching(contact, load.direction)
-    mu = friction_of_slip(model, state, touching)
-    return (N, *(-(mu * N * d) for d in slip_direction(model, state, touching)))
+    return (N, *friction_along_tangents(model, state, touching, N))
 
 
 def friction_power(model: Model, state: State, forces: Mapping[str, Sequence[Scalar]]) -> Scalar:

@@ -16,6 +16,7 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
                         :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
+surfaces                :func:`drifting_block`, :func:`dome_exit`, :func:`rolling_ball`, :func:`spinning_ball`
 impacts                 :func:`elastic_impact`, :func:`damped_impact`, :func:`hunt_crossley_restitution`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
@@ -87,6 +88,14 @@ from .rotor import gyrocompass, jeffcott, jeffcott_start, monorail, monorail_spe
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
 from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
+from .surfaces import (
+    DriftingBlock,
+    Stopping,
+    dome_exit,
+    drifting_block,
+    rolling_ball,
+    spinning_ball,
+)
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
 from .tyre import SteadyTurn, steady_turn
@@ -102,6 +111,7 @@ __all__ = [
     "DiskInCylinder",
     "DiskOffLedge",
     "DoublePendulum",
+    "DriftingBlock",
     "Fall",
     "FallingBar",
     "HingedBar",
@@ -115,6 +125,7 @@ __all__ = [
     "RollingDown",
     "SlidingBody",
     "SteadyTurn",
+    "Stopping",
     "SymmetricMotion",
     "TopMotion",
     "TopPath",
@@ -136,9 +147,11 @@ __all__ = [
     "disk_in_cylinder",
     "disk_off_ledge",
     "disk_pendulum",
+    "dome_exit",
     "door_frequency",
     "double_pendulum",
     "double_pendulum_frequencies",
+    "drifting_block",
     "dumbbell_product",
     "elastic_impact",
     "euler_disk_end",
@@ -169,12 +182,14 @@ __all__ = [
     "platform_turn",
     "precession_response",
     "pulled_disk",
+    "rolling_ball",
     "rolling_disk",
     "rolling_down",
     "sink_rates",
     "sleeping_spin",
     "sliding_body",
     "small_oscillation",
+    "spinning_ball",
     "steady_precession",
     "steady_turn",
     "struck_bar",

@@ -25,6 +25,7 @@ from .closure import closure
 from .contact import contacts
 from .family import families
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
+from .resistance import with_resistances
 
 
 def assemble(system: System) -> Model:
@@ -138,7 +139,7 @@ def assemble(system: System) -> Model:
     _check_tips(model)
     of_meshes = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
     positive = _in_order({*model.positive, *of_meshes}) if of_meshes else model.positive
-    pairs = contacts(model, tuple(system.contacts.values()))
+    pairs = with_resistances(contacts(model, tuple(system.contacts.values())), system.contacts)
     return replace(model, positive=positive, contacts=pairs, families=families(model, system))
 
 

@@ -6,9 +6,11 @@ plane. A contact in that plane has one tangent, any other contact has two.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import sympy
 
 from ..describe.contacts.coefficients import at_rest, depends_on_slip
 from ..describe.contacts.contact import ContactPair
@@ -23,11 +25,29 @@ from ..scalar.algebra import (
     Vector,
     apply,
     cross,
+    divide,
     dot,
     multiply,
 )
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
+
+
+def elliptic_friction(d: Sequence[Any], mu: Sequence[Any], sqrt: Callable[[Any], Any]) -> list[Any]:
+    """Return -T/N of a slip in the direction d, with two coefficients: μ_i² d_i/√(μ_1² d_1² + μ_2² d_2²)."""
+    first, second = (a * b for a, b in zip(mu, d, strict=True))
+    size = sqrt(first * first + second * second)
+    return [divide(mu[0] * first, size), divide(mu[1] * second, size)]
+
+
+def friction_margin(static: Any, pressure: Any, T: Any, ratio: Any, sqrt: Callable[[Any], Any]) -> Any:
+    """Return μ_s (N + A) - |T|, of friction with two coefficients of this ratio |(T_1, T_2/ratio)|."""
+    square = T[0] * T[0] if len(T) else 0
+    for second in T[1:]:
+        level = divide(second, ratio)
+        square = square + level * level
+    return static * pressure - sqrt(square)
+
 
 OF_LENGTHS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
 OF_ANGLES = {"gap": "rad", "normal": "N m", "tangential": "N m", "slip": "rad/s", "margin": "N m"}
@@ -63,6 +83,12 @@ class Contact:
         The gap and the actions of the forces, if it is no pair of shapes; feature and surface are then the two bodies.
     normal_force : expression or None
         The normal force of a compliant contact by DEPTH and RATE.
+    friction_across : expression or None
+        Kinetic coefficient at right angles to the direction ``along`` of the surface's body, if it is another one.
+    adhesion : expression
+        The pull that the contact bears: N ≥ -adhesion.
+    presser : str
+        For resistance to rolling or spinning: the contact whose normal force bounds it; else empty.
     """
 
     name: str
@@ -79,6 +105,10 @@ class Contact:
     tangent_names: tuple[str, ...]
     law: Gap | None = None
     normal_force: Expression = None
+    friction_across: Expression = None
+    along: Vector | None = None
+    adhesion: Expression = 0
+    presser: str = ""
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"
@@ -102,6 +132,18 @@ class Contact:
     def friction_at_rest(self) -> Expression:
         """Coefficient of kinetic friction as slip begins."""
         return at_rest(self.friction)
+
+    @property
+    def coefficients(self) -> tuple[Expression, Expression]:
+        """The coefficients of kinetic friction along its direction and across it."""
+        return self.friction, self.friction if self.friction_across is None else self.friction_across
+
+    @property
+    def stretch(self) -> Expression:
+        """Ratio of the coefficients of friction across and along its direction: (T1, T2/ratio) is in Coulomb's disk."""
+        if self.friction_across is None:
+            return 1
+        return exact(sympy.sympify(self.friction_across) / self.friction)
 
     @property
     def slows(self) -> bool:
@@ -167,6 +209,11 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
             names.add(name)
             k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
             check_axes(pair.name, feature, surface, k)
+            if k is not None and pair.along is not None:
+                raise ModelError(
+                    f"Contact '{pair.name}' has two coefficients of friction, but the machine moves in a plane, in "
+                    f"which the contact slips along one line. Give the one coefficient of that line."
+                )
             letters = ("T",) if k is not None else ("T1", "T2")
             forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
             taken.update(forces)
@@ -174,7 +221,8 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
                 Contact(
                     name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
                     pair.impact, None if k is None else IDENTITY[k], upright_of(model.gravity),
-                    forces[0], tuple(forces[1:]), None, pair.normal_force,
+                    forces[0], tuple(forces[1:]), None, pair.normal_force, pair.friction_across, pair.along,
+                    pair.adhesion,
                 )
             )  # fmt: skip
     return tuple(result)

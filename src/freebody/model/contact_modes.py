@@ -1,6 +1,7 @@
 """Contacts in given modes: closed ones are conditions of the machine, and forces that the state gives are loads.
 
 rigid       N, and T in stick, are forces of conditions;  T = -μ N d in slip acts with N
+adhesion    N is the force of a condition;  -μ A d in slip, of T = -μ (N + A) d, is a load
 compliant   N = N(d, d') is a load, as is T = -μ N d in slip; T in stick is the force of a condition
 """
 
@@ -15,7 +16,7 @@ from ..describe.loads.action import Action, PointForce
 from ..describe.loads.load import Load, Look
 from ..errors import ModelError, nearest
 from ..scalar.algebra import ZERO, Expression, Vector, add, divide, dot, negate, scale
-from .contact import Contact
+from .contact import Contact, elliptic_friction
 from .model import Model
 
 
@@ -53,6 +54,7 @@ class Pressing(Load):
 class Sliding(Load):
     """The friction of a slip under a normal force that the state gives, T = -μ N d: 1 in a joint, or a law of depth.
 
+    The adhesion A of a rigid contact is such a force too: its friction is that of N, found with N, and -μ A d.
     ``direction`` is d along the tangents; without one it is that of the slip.
     """
 
@@ -65,8 +67,8 @@ class Sliding(Load):
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the friction."""
         contact = self.contact
-        if not contact.compliant:
-            law = contact.law
+        law = contact.law
+        if law is not None:
             (d,), (row,) = self.direction, law.tangents(at)
             slip = d * at.rate(law.joint, law.index) if contact.slows else 0
             size = at.of(contact.friction, {SLIP: slip})
@@ -81,10 +83,15 @@ class Sliding(Load):
         else:
             slip = at.sqrt(sum((x * x for x in slips), 0))
             way = tuple(divide(x, slip) for x in slips)
-        mu, total = at.of(contact.friction, {SLIP: slip}), ZERO
-        for d, t in zip(way, it.tangents, strict=True):
-            total = add(total, scale(d, t))
-        yield from at_the_touch(at, contact, it, scale(-(mu * N), total))
+        if contact.friction_across is None:
+            mu = at.of(contact.friction, {SLIP: slip})
+            shares = [mu * d for d in way]
+        else:
+            shares = elliptic_friction(way, tuple(map(at, contact.coefficients)), at.sqrt)
+        total = ZERO
+        for share, t in zip(shares, it.tangents, strict=True):
+            total = add(total, scale(share, t))
+        yield from at_the_touch(at, contact, it, scale(-N, total))
 
 
 def at_the_touch(at: Any, contact: Contact, touch: Any, force: Vector) -> Iterator[Action]:
@@ -133,11 +140,16 @@ def in_modes(model: Model, modes: Any) -> Model:
             continue
         if contact.compliant:
             given[contact.normal_name] = Pressing(contact, name=contact.normal_name)
-        if contact.held and touching.slips:
-            if not contact.frictionless:
-                name = contact.friction_name
-                given[name] = Sliding(contact, touching.direction or (), name=name)
-        else:
+        if touching.slips and contact.presser:
+            raise ModelError(
+                f"Expected 'stick' or 'open' for '{contact.name}', got a slip: its moment is a multiple of the normal "
+                f"force of '{contact.presser}', which equations in modes do not have. Motions do, by "
+                f"method='timestepping'."
+            )
+        if touching.slips and not contact.frictionless and (contact.held or contact.adhesion != 0):
+            name = contact.friction_name
+            given[name] = Sliding(contact, touching.direction or (), name=name)
+        if not contact.held or not touching.slips:
             closed[contact.name] = touching
     by_owner = {one.contact.owner: one.contact for one in closed.values()}
     for one in closed.values():

@@ -84,10 +84,9 @@ def parts_of(whole: Contact) -> list[Contact]:
 
 def _part(whole: Contact, i: int | str, feature: Any, surface: Any) -> Contact:
     """Return the contact of two parts of two members."""
-    return Contact(
-        f"{whole.name}_{i}", whole.name, feature, surface, whole.friction, whole.static_friction, whole.restitution,
-        whole.impact, whole.planar, whole.upright, f"{whole.normal_name}_{i}",
-        tuple(f"{name}_{i}" for name in whole.tangent_names),
+    return replace(
+        whole, name=f"{whole.name}_{i}", owner=whole.name, feature=feature, surface=surface,
+        normal_name=f"{whole.normal_name}_{i}", tangent_names=tuple(f"{name}_{i}" for name in whole.tangent_names),
     )  # fmt: skip
 
 

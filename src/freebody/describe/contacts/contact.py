@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ...scalar.algebra import Scalar
+from ...scalar.algebra import Scalar, Vector
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,10 @@ class ContactPair:
 
     ``friction`` is the coefficient while slipping, ``static_friction`` while sticking; ``impact`` is
     "newton" if ``restitution`` is the ratio of speeds, "poisson" if it is the ratio of impulses. ``normal_force`` is
-    that of a compliant contact, None for a rigid one.
+    that of a compliant contact, None for a rigid one. ``friction_across`` is the coefficient at right angles to the
+    direction ``along`` of the surface's body, None if one holds for all directions; ``adhesion`` is the pull that the
+    contact bears; ``rolling`` and ``spinning`` are lengths whose product with the normal force bounds the moments that
+    resist these.
     """
 
     name: str
@@ -25,6 +28,11 @@ class ContactPair:
     restitution: Scalar
     impact: str
     normal_force: Scalar = None
+    friction_across: Scalar = None
+    along: Vector | None = None
+    adhesion: Scalar = 0
+    rolling: Scalar = 0
+    spinning: Scalar = 0
 
     @property
     def parts(self) -> tuple[str, str]:

@@ -6,11 +6,12 @@ from typing import Any
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar
-from ..constants import is_number
+from ..constants import constant, default_value, is_number
 from ..description import Description, claim
 from ..frame import Frame, Point
 from ..shapes.point import spot
 from ..shapes.shape import ContactShape, have_law, may_touch, partners
+from .anisotropy import ellipse, is_pair, one_coefficient
 from .coefficients import bounce, friction_law, static_law
 from .contact import ContactPair
 from .normal_law import normal_law
@@ -33,6 +34,10 @@ def contact(
     restitution: Expression = 0,
     impact: str = "newton",
     normal: Expression = None,
+    along: Any = None,
+    adhesion: Expression = 0,
+    rolling: Expression = 0,
+    spinning: Expression = 0,
 ) -> ContactPair:
     """Let two shapes touch, with unilateral normal force, Coulomb friction and restitution.
 
@@ -49,10 +54,12 @@ def contact(
         From ``body.point, sphere, ellipsoid, circle, segment, corners, box, hull, capsule, plane, cylinder,
         heightline``; the ground has them too. Solids touch each other in families, :meth:`System.contacts`.
         The choice of the feature only sets the sense of the forces.
-    friction : expression, optional
+    friction : expression or two expressions of parameters, optional
         Coefficient of kinetic friction μ_k, which may depend on the slip speed by the name ``slip``, on coordinates,
-        speeds and time: ``"mu + (mu_s - mu)*exp(-slip/v)"``. Impacts take its value just before them.
-    static_friction : expression, optional
+        speeds and time: ``"mu + (mu_s - mu)*exp(-slip/v)"``. Impacts take its value just before them. In space it may
+        be two coefficients, along a direction of the surface and across it: T is in an ellipse, and the friction of a
+        slip that with the greatest power.
+    static_friction : expression, or two, optional
         μ_s ≥ μ_k; by default μ_k at rest.
     restitution : expression of parameters, optional
         Between 0 and 1.
@@ -62,6 +69,14 @@ def contact(
         Normal force of a compliant contact by its ``depth`` and the ``rate`` of that, such as ``"k*depth**1.5"``
         (Hertz) or ``"k*depth**1.5*(1 + c*rate)"`` (Hunt and Crossley). It only presses. Friction on it is as exact as
         on a rigid contact. By default the contact is rigid.
+    along : direction, optional
+        Direction of the first of two coefficients of friction, in axes of the surface's body.
+    adhesion : expression of parameters, optional
+        The pull A [N] that the contact bears while it is closed: N ≥ -A, with friction up to μ (N + A). It does not
+        act at a distance, and does not slow a rebound.
+    rolling, spinning : expression of parameters, optional
+        Lengths [m] whose product with the normal force bounds the moments that resist rolling, about the tangents, and
+        spinning, about the normal. Motions with them go by ``method="timestepping"``.
 
     Raises
     ------
@@ -93,14 +108,46 @@ def contact(
             f"The {first.kind} and the {second.kind} of {what} touch in patches, which families of contacts find: "
             f"s.contacts('{name}', [feature], against=surface), moved by method='timestepping'."
         )
-    kinetic = friction_law(system, friction, what)
-    static = static_law(system, static_friction, kinetic, what)
+    across = None
+    if is_pair(friction):
+        kinetic, across, static, along = ellipse(system, friction, static_friction, along, second, what)
+    else:
+        one_coefficient(along, what)
+        kinetic = friction_law(system, friction, what)
+        static = static_law(system, static_friction, kinetic, what)
     e = bounce(system, restitution, what)
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
     law = None if normal is None else compliant(system, normal, (first, second), e, what)
-    system.contacts[name] = ContactPair(name, first, second, kinetic, static, e, impact, law)
+    pull = bearable_pull(system, adhesion, law, what)
+    arms = (resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what))
+    system.contacts[name] = ContactPair(
+        name, first, second, kinetic, static, e, impact, law, across, along, pull, *arms
+    )
     return system.contacts[name]
+
+
+def resisting(system: Description, length: Expression, about: str, what: str) -> Scalar:
+    """Return the length that bounds the moment of resistance; refuse what is not 0 or more."""
+    arm = constant(system, length, f"the resistance to {about} of {what}")
+    value = default_value(system, arm)
+    if value is not None and not value >= 0:
+        raise ModelError(f"Expected {about}= of 0 m or more for {what}, got {value:g}.")
+    return arm
+
+
+def bearable_pull(system: Description, adhesion: Expression, law: Scalar, what: str) -> Scalar:
+    """Return the pull that a contact bears; refuse what is not 0 or more, or beside a compliant normal force."""
+    pull = constant(system, adhesion, f"the adhesion of {what}")
+    value = default_value(system, pull)
+    if value is not None and not value >= 0:
+        raise ModelError(f"Expected an adhesion of 0 N or more for {what}, got {value:g}.")
+    if law is not None and pull != 0:
+        raise ModelError(
+            f"{what.capitalize()} has a normal force and an adhesion, which rigid contacts have. A compliant one only "
+            f"presses: leave adhesion= or normal= out."
+        )
+    return pull
 
 
 def compliant(

@@ -43,12 +43,11 @@ from ..state import State, float_state
 from .constraints import (
     Action,
     closed_forces,
-    friction_of_slip,
+    friction_along_tangents,
     linearized,
     residuals,
     rows,
     separating_force,
-    slip_direction,
     torques,
     wrenches,
 )
@@ -204,8 +203,8 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Scalar]) 
             total = total - value * (rate - scalar_product(row, state.u))
         elif isinstance(owner, Touching) and owner.slips and not owner.contact.frictionless:
             slip = rows_of(model, state, (owner.contact,)).rate[1:]
-            along = slip_direction(model, state, owner)
-            total = total - friction_of_slip(model, state, owner) * value * scalar_product(along, slip)
+            # that of an adhesion is the power of a load
+            total = total + scalar_product(friction_along_tangents(model, state, owner, value), slip)
         elif isinstance(owner, Rope) and isinstance(owner.length, sympy.Basic):
             total = total - value * state(exact(owner.length.diff(TIME)))
     return total

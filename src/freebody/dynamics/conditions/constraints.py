@@ -24,6 +24,7 @@ from ...describe.joints.joint import Joint
 from ...describe.loads.action import Action as ContactAction
 from ...describe.loads.action import Couple, PointForce
 from ...model.closure import Closure, Thread
+from ...model.contact import elliptic_friction
 from ...model.contact_modes import Touching
 from ...model.model import Model
 from ...scalar.algebra import (
@@ -364,20 +365,32 @@ def closed_forces(model: Model, state: State, touching: Touching) -> list[tuple[
                 if isinstance(one, PointForce)
             )
         else:
-            mu = friction_of_slip(model, state, touching)
-            for d, row in zip(slip_direction(model, state, touching), found[1:], strict=True):
-                result[0] += tuple(scaled(action, -(mu * d)) for action in row)
+            shares = friction_along_tangents(model, state, touching, 1)
+            for share, row in zip(shares, found[1:], strict=True):
+                result[0] += tuple(scaled(action, share) for action in row)
     return result
 
 
 def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
-    """Return the friction on the feature per unit normal force, in ground axes: -μ d, d the unit direction of slip."""
-    contact = touching.contact
-    tangents = touch(model, state, contact).tangents
+    """Return the friction on the feature per unit force in the cone, in ground axes."""
+    tangents = touch(model, state, touching.contact).tangents
     total: Vector = ZERO
-    for d, t in zip(slip_direction(model, state, touching), tangents, strict=True):
-        total = add(total, scale(d, t))
-    return scale(-friction_of_slip(model, state, touching), total)
+    for share, t in zip(friction_along_tangents(model, state, touching, 1), tangents, strict=True):
+        total = add(total, scale(share, t))
+    return total
+
+
+def friction_along_tangents(model: Model, state: State, touching: Touching, pressure: Scalar) -> list[Scalar]:
+    """Return the friction of a slip along the tangents, -μ d (N + A), for a ``pressure`` N + A with the adhesion A.
+
+    d is the direction of the slip γ; with two coefficients T = -(μ_1² γ_1, μ_2² γ_2) (N + A)/√(μ_1² γ_1² + μ_2² γ_2²).
+    """
+    contact, d = touching.contact, slip_direction(model, state, touching)
+    if contact.friction_across is not None:
+        shares = elliptic_friction(d, tuple(map(state, contact.coefficients)), state.field.sqrt)
+        return [-(x * pressure) for x in shares]
+    mu = friction_of_slip(model, state, touching)
+    return [-(mu * pressure * x) for x in d]
 
 
 def friction_of_slip(model: Model, state: State, touching: Touching) -> Scalar:
@@ -517,11 +530,10 @@ class Linearized:
         result = list(self.matrix)
         for i, touching in self.touching:
             if touching.slips and not touching.contact.frictionless:
-                mu = friction_of_slip(self._model, self._state, touching)
                 row = list(result[i])
-                directions = slip_direction(self._model, self._state, touching)
-                for d, tangent in zip(directions, self._contact_rows(touching).matrix[1:], strict=True):
-                    row = [a - mu * d * b for a, b in zip(row, tangent, strict=True)]
+                shares = friction_along_tangents(self._model, self._state, touching, 1)
+                for share, tangent in zip(shares, self._contact_rows(touching).matrix[1:], strict=True):
+                    row = [a + share * b for a, b in zip(row, tangent, strict=True)]
                 result[i] = tuple(row)
         return tuple(result)
 

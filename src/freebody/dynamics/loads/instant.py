@@ -148,12 +148,17 @@ class Instant:
         return self._of(self._state.intermediate("pull", self._load.name, three(force)))
 
     def pressed(self, contact: Any) -> tuple[Touch, Vector, Scalar]:
-        """Return the geometry of a compliant contact that touches, v_P - v_Q, and its normal force [N]."""
+        """Return the geometry of a contact that touches, v_P - v_Q, and the force that the state presses it with [N].
+
+        That is the normal force of a compliant contact, and the adhesion of a rigid one.
+        """
         model, state = self._model, self._state
         return (
             touch_of_shapes(model, state, contact),
             velocity_over(model, state, contact),
-            normal_force(model, state, contact, touching=True),
+            normal_force(model, state, contact, touching=True)
+            if contact.compliant
+            else state(contact.adhesion),
         )
 
     def displacement(self, joint: Any, index: int = 0) -> Scalar:

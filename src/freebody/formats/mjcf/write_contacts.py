@@ -52,6 +52,13 @@ class Contacts:
             m.refuse(title, "its normal force; contacts of the format have solref instead, leave out normal=")
         if pair.static_friction != pair.friction:
             m.refuse(title, "its static friction; leave out static_friction=")
+        if pair.friction_across is not None:
+            m.refuse(title, "its second coefficient of friction; give one, and leave out along=")
+        if pair.adhesion != 0:
+            m.refuse(title, "its adhesion; leave out adhesion=")
+        for about in ("rolling", "spinning"):
+            if getattr(pair, about) != 0:
+                m.refuse(title, f"its resistance to {about}; leave out {about}=")
         at, up = m.vector(plane.at, title), m.vector(plane.normal, title)
         if (at, up) not in self.planes:
             name = f"plane{len(self.planes) + 1}"

@@ -30,6 +30,7 @@ from ...describe.frame import own_body
 from ...describe.shapes.heightline import LINE
 from ...describe.shapes.shape import KINDS, ContactShape
 from ...describe.system import System
+from ...scalar.expression import exact
 from ..own_kinds import named_kind
 from ..text import expression_text
 from .parts import added, part_keys
@@ -65,13 +66,27 @@ def read_contact(system: System, name: str, table: Table) -> None:
         for key in ("feature", "surface")
     )
     laws: dict[str, Any] = {
-        key: table.expression(key) for key in ("static_friction", "restitution") if table.has(key)
+        key: table.expression(key)
+        for key in ("restitution", "adhesion", "rolling", "spinning")
+        if table.has(key)
     }
-    laws |= {key: table.law(key) for key in ("friction", "normal") if table.has(key)}
+    laws |= {key: _friction(table, key) for key in ("friction", "static_friction") if table.has(key)}
+    if table.has("normal"):
+        laws["normal"] = table.law("normal")
+    if table.has("along"):
+        laws["along"] = _direction(table, "along")
     if table.has("impact"):
         laws["impact"] = table.text("impact")
     table.done()
     table.guard(lambda: system.contact(name, feature, surface, **laws))
+
+
+def _friction(table: Table, key: str) -> Any:
+    """Return a law of friction, or two coefficients."""
+    value = table.data[key]
+    if not isinstance(value, list):
+        return table.law(key) if key == "friction" else table.expression(key)
+    return tuple(table.read(one, key) for one in value)
 
 
 def _shape(place: Table, key: str = "shapes") -> Any:
@@ -157,9 +172,11 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     if isinstance(pair, Gap):
         return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
-    if pair.friction != 0:
+    if pair.friction_across is not None:
+        keys |= _elliptic(writer, pair)
+    elif pair.friction != 0:
         keys["friction"] = writer.law(pair.friction)
-    if pair.static_friction != at_rest(pair.friction):
+    if pair.friction_across is None and pair.static_friction != at_rest(pair.friction):
         keys["static_friction"] = writer.value(pair.static_friction)
     if pair.restitution != 0:
         keys["restitution"] = writer.value(pair.restitution)
@@ -167,6 +184,22 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
         keys["impact"] = f'"{pair.impact}"'
     if pair.normal_force is not None:
         keys["normal"] = writer.law(pair.normal_force)
+    for key in ("adhesion", "rolling", "spinning"):
+        if getattr(pair, key) != 0:
+            keys[key] = writer.value(getattr(pair, key))
+    return keys
+
+
+def _elliptic(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
+    """Return the keys of friction with two coefficients, and their texts."""
+    assert pair.along is not None
+    keys = {
+        "friction": writer.row((pair.friction, pair.friction_across)),
+        "along": _direction_text(writer, pair.along),
+    }
+    if pair.static_friction != pair.friction:
+        second = exact(sympy.sympify(pair.friction_across) * pair.static_friction / pair.friction)
+        keys["static_friction"] = writer.row((pair.static_friction, second))
     return keys
 
 

@@ -49,6 +49,12 @@ def bend(y_1: float, y_2: float, limit: float) -> tuple[float, float, float]:
     )
 
 
+@inlined
+def bound(problem: ContactProblem, a: int) -> int:
+    """Return the normal row that bounds a tangent."""
+    return a - 1 - problem.between[a]
+
+
 @compiled
 def project(problem: ContactProblem, a: int, y: Reals, x: Reals) -> None:
     """Set the impulse x of row ``a``, and of the row behind it if both are tangents, to P(y)."""
@@ -58,9 +64,9 @@ def project(problem: ContactProblem, a: int, y: Reals, x: Reals) -> None:
     elif kind == NORMAL:
         x[a] = greater(problem.low[a], y[a])
     elif kind == LINE:
-        x[a] = clipped(y[a], problem.mu[a] * greater(x[a - 1], 0.0))
+        x[a] = clipped(y[a], problem.mu[a] * greater(x[bound(problem, a)], 0.0))
     elif kind == FIRST:
-        x[a], x[a + 1] = nearest(y[a], y[a + 1], problem.mu[a] * greater(x[a - 1], 0.0))
+        x[a], x[a + 1] = nearest(y[a], y[a + 1], problem.mu[a] * greater(x[bound(problem, a)], 0.0))
 
 
 @compiled
@@ -78,18 +84,19 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
         r, kind, mu = problem.rows[a], problem.kinds[a], problem.mu[a]
         begin, n = at[r], at[r + 1] - at[r]
         h, g = H[begin:], G[begin:]
+        under = at[problem.rows[bound(problem, a)]] if kind > NORMAL else begin
         limit, e, f, p, whole = 0.0, 0.0, 0.0, 1.0, kind == EQUALITY or y[a] > problem.low[a]
         if kind == LINE or kind == FIRST:  # noqa: SIM109
-            limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
+            limit = mu * greater(greater(problem.low[bound(problem, a)], y[bound(problem, a)]), 0.0)
         if kind == FIRST:
             e, f, p = bend(y[a], y[a + 1], limit)
         for k in range(n):
             if kind <= NORMAL:
                 g[k] = h[k] if whole else 0.0
             elif kind == LINE:
-                g[k] = clipped_slope(y[a], limit, h[k], mu * G[begin - n + k])
+                g[k] = clipped_slope(y[a], limit, h[k], mu * G[under + k])
             elif kind == FIRST:
-                along_e, growth = e * h[k] + f * h[n + k], mu * G[begin - n + k]
+                along_e, growth = e * h[k] + f * h[n + k], mu * G[under + k]
                 g[k], g[n + k] = (
                     p * (h[k] - e * along_e) + e * growth,
                     p * (h[n + k] - f * along_e) + f * growth,
@@ -135,9 +142,9 @@ def violation(problem: ContactProblem) -> float:
         elif kind == NORMAL:
             e[a] = lesser(r[a], s * (x[a] - problem.low[a]))
         elif kind == LINE:
-            e[a] = s * x[a] - clipped(s * x[a] - r[a], s * problem.mu[a] * greater(x[a - 1], 0.0))
+            e[a] = s * x[a] - clipped(s * x[a] - r[a], s * problem.mu[a] * greater(x[bound(problem, a)], 0.0))
         elif kind == FIRST:
-            limit = s * problem.mu[a] * greater(x[a - 1], 0.0)
+            limit = s * problem.mu[a] * greater(x[bound(problem, a)], 0.0)
             p, q = nearest(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
             e[a], e[a + 1] = s * x[a] - p, s * x[a + 1] - q
     for a in range(problem.count):
@@ -155,12 +162,15 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
         kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
         limit, grown, e, f, p = 0.0, 0.0, 0.0, 0.0, 1.0
         if kind == LINE or kind == FIRST:  # noqa: SIM109
-            limit, grown = s * mu * greater(x[a - 1], 0.0), s * mu if x[a - 1] > 0.0 else 0.0
+            limit, grown = (
+                s * mu * greater(x[bound(problem, a)], 0.0),
+                s * mu if x[bound(problem, a)] > 0.0 else 0.0,
+            )
         if kind == FIRST:
             e, f, p = bend(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
         for k in range(m):
             i = a * m + k
-            one, normal = s if k == a else 0.0, grown if k == a - 1 else 0.0
+            one, normal = s if k == a else 0.0, grown if kind > NORMAL and k == bound(problem, a) else 0.0
             if kind == EQUALITY:
                 slope[i] = A[i]
             elif kind == NORMAL:

@@ -6,7 +6,8 @@
     normal      min(r, x - low) = 0
     tangent     x_T = P(x_T - r_T),    P: the nearest point of |T| <= μ x_N
 
-r are speeds and x impulses, or accelerations and forces. The tangent rows of a contact follow its normal row. A row is
+r are speeds and x impulses, or accelerations and forces. The tangent rows of a contact follow its normal row, friction
+first, then those of resistance to rolling and spinning, whose limit is a length times the same x_N. A row is
 stored over whole blocks of the speeds v, so that a problem of n bodies has of the order of n numbers; a dense problem
 has one block.
 
@@ -51,6 +52,7 @@ class ContactProblem(Record):
     """A contact problem of ``count`` rows.
 
     ``rows``      row of W and X that each row of the problem is
+    ``between``   rows between a tangent and the normal row that bounds it: 0 for friction, more for rolling resistance
     ``scale``     rate per unit impulse, by which both are compared: A_NN; of two tangents a bound on those of A_TT
     ``reference`` rate to which the residual is relative
     ``matrix``    A_aa, then A_ab for the rows b of the same contact behind a, with A = W Xᵀ
@@ -66,6 +68,7 @@ class ContactProblem(Record):
     X: Row
     rows: Annotated[Wholes, "most"]
     kinds: Annotated[Wholes, "most"]
+    between: Annotated[Wholes, "most"]
     mu: Annotated[Row, "most"]
     low: Annotated[Row, "most"]
     scale: Annotated[Row, "most"]

@@ -28,7 +28,7 @@ import math
 
 from ...native.instructions import Integers, Reals, compiled, greater, root
 from .block_rows import add, along, dot
-from .cone import add_all, project, project_all, residual, slopes
+from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
 from .elimination import factored, substitute
 
@@ -320,9 +320,11 @@ def reach(problem: ContactProblem, d: Reals) -> float:
                 T2 += x[a + 1] * x[a + 1]
                 d2 += d[a + 1] * d[a + 1]
                 Td += x[a + 1] * d[a + 1]
-            limit, growth = problem.mu[a] * x[a - 1], problem.mu[a] * d[a - 1]
+            limit, growth = problem.mu[a] * x[bound(problem, a)], problem.mu[a] * d[bound(problem, a)]
             a_2, h, k = d2 - growth * growth, Td - limit * growth, T2 - limit * limit
-            if x[a - 1] > 0.0 and k < -INSIDE * limit * limit:  # the least positive root of a t² + 2 h t + k
+            if (
+                x[bound(problem, a)] > 0.0 and k < -INSIDE * limit * limit
+            ):  # the least positive root of a t² + 2 h t + k
                 s = root(greater(h * h - a_2 * k, 0.0))
                 if h > 0.0:
                     t = -k / (h + s)

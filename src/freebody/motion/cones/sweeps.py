@@ -19,7 +19,7 @@ import math
 
 from ...native.instructions import compiled, greater, root
 from .block_rows import add, dot
-from .cone import add_all, clipped, nearest, rate, residual
+from .cone import add_all, bound, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
 
 TURNS = 8
@@ -88,8 +88,12 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
     worst, x, A, speeds = 0.0, problem.x, problem.matrix, memory.speeds
     a = 0
     while a < problem.count:
+        if problem.kinds[a] > NORMAL:
+            worst = greater(worst, resist(problem, a))
+            a += 1 if problem.kinds[a] == LINE else 2
+            continue
         size = 1
-        if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL:
+        if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL and problem.between[a + 1] == 0:
             size = 2 if problem.kinds[a + 1] == LINE else 3
         speeds[0] = rate(problem, a)
         if x[a] == 0.0 and speeds[0] >= 0.0:  # open, and it remains so: friction is zero there
@@ -114,6 +118,39 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
                 x[a + k] = memory.impulses[k]
         a += size
     return worst
+
+
+@compiled
+def resist(problem: ContactProblem, a: int) -> float:
+    """Set the impulses of what resists rolling or spinning, the others fixed; return the greatest change of a rate."""
+    A, x, worst = problem.matrix, problem.x, 0.0
+    limit = problem.mu[a] * greater(x[bound(problem, a)], 0.0)
+    if not problem.scale[a] > 0.0:
+        return 0.0
+    if problem.kinds[a] == LINE:
+        p = clipped(x[a] - rate(problem, a) / A[a, 0], limit)
+        worst = moved(problem, a, p)
+    else:
+        v, w, d, both, e = rate(problem, a), rate(problem, a + 1), A[a, 0], A[a, 1], A[a + 1, 0]
+        s, det = problem.scale[a], d * e - both * both
+        p, q = nearest(x[a] - v / s, x[a + 1] - w / s, limit)
+        if det > SINGULAR * d * e:
+            p_0, q_0 = x[a] - (e * v - both * w) / det, x[a + 1] - (d * w - both * v) / det
+            if p_0 * p_0 + q_0 * q_0 <= limit * limit:
+                p, q = p_0, q_0
+        worst = moved(problem, a, p)
+        worst = greater(worst, moved(problem, a + 1, q))
+    return worst
+
+
+@compiled
+def moved(problem: ContactProblem, a: int, impulse: float) -> float:
+    """Set the impulse of a row; return the change of its rate."""
+    change = impulse - problem.x[a]
+    if change != 0.0:
+        add(problem.blocks, problem.rows[a], problem.X, change, problem.v)
+        problem.x[a] = impulse
+    return abs(change) * problem.matrix[a, 0]
 
 
 @compiled

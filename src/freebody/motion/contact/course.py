@@ -11,9 +11,12 @@ import numpy as np
 
 from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
+from ...model.contact import friction_margin
 from ..families.pair_quantities import pair_quantities
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
+from ..phase.candidates import stretches
+from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -77,6 +80,8 @@ class ContactMotion:
         (N, T...) [N]; of forces that the motion does not determine, those least in norm.
     static_friction : ndarray (n,)
         Coefficient of static friction μ_s.
+    least_margin : ndarray (n,)
+        The margin of the forces ``least`` [N].
     """
 
     gap: Array
@@ -87,6 +92,7 @@ class ContactMotion:
     mode: Any
     least: Array
     static_friction: Array
+    least_margin: Array
 
 
 class Timeline(list[Change]):
@@ -204,14 +210,18 @@ class Touching:
         path = phases_of(motion)
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
-        for k, contact in enumerate(motion.kernels.model.contacts):
+        model = motion.kernels.model
+        ratios = np.array(stretches(model, lambda x: number(model, motion.values, x, "a ratio of friction")))
+        for k, contact in enumerate(model.contacts):
             at, n = first.first[k], first.tangents[k]
-            lambdas = forces[:, at : at + 1 + n]
+            lambdas = forces[:, at : at + 1 + n] * ratios[at : at + 1 + n]
             modes = np.array([segments[p].modes[k] for p in places])
             loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
             shown = np.where(loose, np.nan, lambdas)
-            T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
-            margin = np.where(modes == "open", np.nan, static[:, k] * shown[:, 0] - np.linalg.norm(T, axis=1))
+            T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n] / ratios[at + 1 : at + 1 + n]
+            pressure = lambdas[:, 0] + number(model, motion.values, contact.adhesion, "an adhesion")
+            room = friction_margin(static[:, k], pressure, lambdas[:, 1:].T, ratios[at + n], np.sqrt)
+            margin = np.where((modes == "open") | loose.any(axis=1), np.nan, room)
             result[contact.name] = ContactMotion(
                 gaps[:, k],
                 shown[:, 0],
@@ -221,6 +231,7 @@ class Touching:
                 modes,
                 lambdas,
                 static[:, k],
+                room,
             )
         for pair in motion.kernels.model.patches:
             result[pair.whole.name] = _whole(motion, pair, result)
@@ -245,7 +256,15 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     static = some[0].static_friction  # a family has one law
     margin = static * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
     return ContactMotion(
-        gap, forces[:, 0], forces[:, 1:], slip, np.where(mode == "open", np.nan, margin), mode, forces, static
+        gap,
+        forces[:, 0],
+        forces[:, 1:],
+        slip,
+        np.where(mode == "open", np.nan, margin),
+        mode,
+        forces,
+        static,
+        margin,
     )
 
 

@@ -197,8 +197,12 @@ class History:
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
+            across = work.model.contacts[k].friction_across is not None
             if code != event_run.NO_REASON:
-                why = WHY[code].format(measures[i // 4], unit=unit)
+                text = "T reached its ellipse" if across and code == event_run.CONE_REACHED else WHY[code]
+                if code == event_run.NORMAL_ZERO and work.model.contacts[k].adhesion != 0:
+                    text = "N reached the adhesion"
+                why = text.format(measures[i // 4], unit=unit)
             why = why or (
                 "the start" if before < 0 else "an impact" if hit else "a change at another contact"
             )
@@ -300,7 +304,8 @@ def impact_of(work: ContactRun, marks: list[int], numbers: Array) -> ImpactEntry
         size = 1 + scene.tangents[k]
         speeds.append(float(numbers[at]))
         speeds_after.append(float(numbers[at + 1]))
-        impulses[scene.first[k] : scene.first[k] + size] = numbers[at + 2 : at + 2 + size]
+        part_of = slice(scene.first[k], scene.first[k] + size)
+        impulses[part_of] = numbers[at + 2 : at + 2 + size] * work.ratios[part_of]
         at += 2 + size
     return ImpactEntry(t, part, still, before, after, chosen, speeds, speeds_after, impulses, bool(marks[0]))
 

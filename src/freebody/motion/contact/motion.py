@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.contacts.normal_law import first_forces, refuse_pull
 from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
 from ..events.event_run import ORDERS
@@ -50,6 +51,7 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             f"{request.indeterminate!r}."
         )
     check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
+    refuse_resistance(model)
     scene = scene_of(kernels)
     if scene.checked != p.numbers:
         check_coefficients(model, p.numbers)
@@ -79,6 +81,17 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
     return trajectory.begun(request.initial, request.near)
 
 
+def refuse_resistance(model: Any) -> None:
+    """Raise for contacts that resist rolling or spinning, whose modes the search of events does not decide."""
+    for c in model.contacts:
+        if c.presser:
+            about = c.law.about
+            raise SimulationError(
+                f"Contact '{c.owner}' resists {about}, which motions from event to event do not have. Take "
+                f"method='timestepping' with step=, which does it exactly in every step, or leave {about}= out."
+            )
+
+
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
@@ -93,7 +106,25 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
                 f"Expected a friction of contact '{c.name}' above 0 at rest, since it depends on slip; got 0 at "
                 f"slip = 0. A force that grows from 0 with the speed is a damper."
             )
+        if c.compliant and not model.names.depends(c.normal_force, "coordinate", "speed", "time"):
+            what = f"contact '{c.name}'"
+            first = [
+                number(model, values, x, f"the normal force of {what}") for x in first_forces(c.normal_force)
+            ]
+            refuse_pull(first, c.normal_force, what, SimulationError)
         e = number(model, values, c.restitution, f"the restitution of contact '{c.name}'")
+        pull = number(model, values, c.adhesion, f"the adhesion of contact '{c.name}'")
+        across = (
+            number(model, values, c.coefficients[1], "a friction") if c.friction_across is not None else 1.0
+        )
+        if c.friction_across is not None and not (mu > 0 and across > 0):
+            raise SimulationError(
+                f"Expected two coefficients of friction above 0 of contact '{c.name}', got {mu:g} and {across:g}."
+            )
+        if not pull >= 0:
+            raise SimulationError(
+                f"Expected an adhesion of contact '{c.name}' of at least 0 N, got {pull:g}."
+            )
         if not mu >= 0:
             raise SimulationError(f"Expected a friction of contact '{c.name}' of at least 0, got {mu:g}.")
         if not static >= mu:

@@ -22,7 +22,7 @@ from ..phase.scene import KINDS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
-from .motion import check_coefficients
+from .motion import check_coefficients, refuse_resistance
 from .run import check_apart, refusal
 from .state import ContactRun
 
@@ -49,6 +49,7 @@ def starting_modes(
         kernels = kernels.holding(active)
     else:
         state = initial_state(kernels.model, numbers, initial or {})
+    refuse_resistance(kernels.model)
     check_coefficients(kernels.model, numbers)
     work = ContactRun(kernels, numbers, Scene(kernels))
     try:
@@ -98,6 +99,6 @@ def see(work: ContactRun, y: Array) -> None:
     """Look at the contacts at the start, and find those that are closed."""
     it = work.it
     it.y[:] = y
-    it.seen[:] = work.scene.outputs(0, y, work.values)
+    it.seen[:], it.adhering[:] = work.scene.outputs(0, y, work.values), 0
     code("find_closed")(it)
     code("choose_all")(it)

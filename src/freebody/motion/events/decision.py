@@ -24,7 +24,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import choose, copy, largest, look, product_of
+from .moment import choose, copy, largest, look, product_of, pull
 from .setting import depends, listed, set_up
 
 ALIKE = 1e-9
@@ -108,15 +108,40 @@ def decide(it: EventRun, contacts: Contacts) -> int:
         if it.reason[k] == event_run.CONE_REACHED:  # else the friction may be constant, up to round-off
             ends = it.coefficients[4 * k + 1] > it.coefficients[4 * k + 3]
         it.ends[k] = it.reason[k] if ends and it.hit == 0 else event_run.NO_REASON
-    why = solved_modes(it, contacts)
+    why = parted_modes(it, contacts)
     turn = 0
     while why == 0 and it.ties > 0 and turn < 2 * it.contacts:
         if it.ready == 0:
             return event_run.ASK_KERNELS
         if end_at_once(it, contacts) == 0:
             return 0
-        why, turn = solved_modes(it, contacts), turn + 1
+        why, turn = parted_modes(it, contacts), turn + 1
     return why
+
+
+@compiled
+def parted_modes(it: EventRun, contacts: Contacts) -> int:
+    """Set modes as `solved_modes` does; contacts that open lose their adhesion, so that the others are decided anew."""
+    why = solved_modes(it, contacts)
+    while why == 0 and part(it) > 0:
+        why = solved_modes(it, contacts)
+    return why
+
+
+@compiled
+def part(it: EventRun) -> int:
+    """Take the adhesion of contacts that open away, and them from the list; return their number."""
+    found, count = 0, 0
+    for i in range(it.count):
+        k = it.chosen[i]
+        if it.adhering[k] != 0 and it.mode[k] == laws.OPEN:
+            it.parted[k], found = 1, found + 1
+            pull(it, k, -1)
+        else:
+            it.chosen[count] = k
+            count += 1
+    it.count = count
+    return found
 
 
 @compiled
@@ -172,6 +197,8 @@ def share(it: EventRun, contacts: Contacts) -> int:
     for i in range(contacts.contacts):
         for j in range(1 + contacts.tangents[i]):
             contacts.forces[contacts.at[i] + j] = it.speeds[it.first[it.chosen[i]] + j]
+        if it.adhering[it.chosen[i]] != 0:
+            contacts.forces[contacts.at[i]] += it.adhesion[it.chosen[i]]
     return 1
 
 

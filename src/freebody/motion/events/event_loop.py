@@ -100,7 +100,7 @@ def arrive(it: EventRun) -> int:
     it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
-        it.left[k] = 0
+        it.left[k] = it.parted[k] = 0
     find_closed(it)
     it.stage, it.resting = event_run.COLLIDE, 0
     return event_run.TOO_MANY if it.crowd > event_run.ENDLESS or it.phases > it.most_phases else RUNNING

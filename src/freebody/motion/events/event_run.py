@@ -121,6 +121,8 @@ class EventRun(Record):
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
     ``near``, ``still``           gap and speed that are zero
     ``closed``, ``chosen``        1 for each closed contact; the contacts of the contact problem
+    ``adhesive``                  number of contacts that bear a pull
+    ``adhering``, ``parted``      1 for each contact whose pull is in the accelerations; for each that opens now
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
     ``met``, ``met_at``           contacts closed at a moment so far
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
@@ -217,6 +219,10 @@ class EventRun(Record):
     coefficients: Row
     away: Row
     given: Row
+    adhesion: Row
+    adhesive: Count
+    adhering: Annotated[Wholes, "contacts"]
+    parted: Annotated[Wholes, "contacts"]
     near: Real
     still: Real
     closed: Annotated[Wholes, "contacts"]
@@ -278,21 +284,21 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     """Return the memory of a run with these contacts, without a log."""
     model, E, m = scene.model, len(scene.first), scene.rows
     n = model.n_u
-    seen = 8 * E + 2 * m + n + 2 * m * n
+    seen = 9 * E + 2 * m + n + 2 * m * n
     it = EventRun.made(
         n_q=model.n_q, n=n, n_y=n_y, contacts=E, rows=m, seen_size=seen, bounce_flags=BOUNCES * E
     )
     at = 0
     for name, size in (
         ("gap", E), ("reach", E), ("rate", m), ("c", m), ("free", n), ("W", m * n), ("X", m * n),
-        ("coefficients", 4 * E), ("away", E), ("given", E),
+        ("coefficients", 4 * E), ("away", E), ("given", E), ("adhesion", E),
     ):  # fmt: skip
         setattr(it, name, it.seen[at : at + size])
         at += size
     it.tangents[:], it.first[:] = scene.tangents, scene.first
     it.rough[:] = [not c.frictionless for c in model.contacts]
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
-    it.held[:], it.compliant[:] = scene.held, scene.compliant
+    it.held[:], it.compliant[:], it.adhesive = scene.held, scene.compliant, sum(scene.adhesive)
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place

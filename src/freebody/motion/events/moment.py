@@ -20,6 +20,8 @@ def largest(x: Reals, n: int) -> float:
 def look(it: EventRun) -> None:
     """Evaluate the contacts at the present state, and find the closed ones."""
     it.looked(it.t, it.y, it.looking, it.seen)
+    for k in range(it.contacts):
+        it.adhering[k] = 0
     find_closed(it)
 
 
@@ -46,6 +48,34 @@ def find_closed(it: EventRun) -> None:
             it.closed[k] = 0
         if it.closed[k] != 0 or it.held[k] != 0:
             it.needed += 1 + it.tangents[k]
+    if it.adhesive > 0:
+        adhere(it)
+
+
+@compiled
+def adhere(it: EventRun) -> None:
+    """Let the adhesion A of closed contacts that neither approach nor leave pull: λ = N + A is the force of a decision.
+
+    The accelerations without contact forces then have -A along each normal.
+    """
+    for k in range(it.contacts):
+        holds = it.closed[k] != 0 and it.parted[k] == 0 and it.adhesion[k] > 0.0
+        if abs(normal_speed(it, k)) > it.still:
+            holds = False
+        change = (1 if holds else 0) - it.adhering[k]
+        if change != 0:
+            pull(it, k, change)
+
+
+@compiled
+def pull(it: EventRun, k: int, change: int) -> None:
+    """Add the adhesion of a contact to the accelerations, or take it away, by a change of 1 or -1."""
+    X, force = row_of(it, it.X, it.first[k]), -change * it.adhesion[k]
+    for i in range(it.n):
+        it.free[i] += force * X[i]
+    for r in range(it.rows):
+        it.c[r] += force * product_of(row_of(it, it.W, r), X, it.n)
+    it.adhering[k] += change
 
 
 @inlined

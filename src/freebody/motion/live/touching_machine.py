@@ -80,8 +80,7 @@ class TouchingMachine:
         """Outputs of the functions that move the machine; ``given`` follows the state."""
         candidates = self.candidates
         moving = candidates.motion(state, given[: candidates.inputs])
-        n = self.scene.model.n_u
-        forces = given[n : n + self.scene.rows]
+        forces = candidates.forces(state, given)
         result = {name: list(outputs) for name, outputs in candidates.functions(state).items()}
         if candidates.driven:
             result |= {

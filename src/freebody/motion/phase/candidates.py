@@ -2,8 +2,8 @@
 
     machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions the residuals, the
                rates, γ and D^-½ L⁻¹ Gᵀ
-    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, rates, biases, entries of W of each contact between two
-               bodies
+    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion, rates, biases, entries of W of each contact of
+               two bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
 with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
@@ -11,7 +11,7 @@ with L is left to compiled code (`closed_contacts`), for the rows of the closed 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -108,13 +108,39 @@ def layout_of(model: Model) -> tuple[list[int], list[int], int]:
 
 
 def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
-    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, and the N that the state gives."""
+    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, N of the state, its adhesion."""
     at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
     return [
         friction_coefficient(model, state, contact),
         *map(state, at_rest),
         given_normal_force(model, state, contact),
+        state(contact.adhesion),
     ]
+
+
+def stretches(model: Model, value: Callable[[Any], Any]) -> list[Any]:
+    """Return a number for each row of the contacts: 1, or ρ = μ_2/μ_1 of a second tangent with its own coefficient.
+
+    T_2/ρ and ρ γ_2 obey Coulomb's law of one coefficient (`describe.contacts.anisotropy`): kernels of contacts know
+    these, and multiply their row of W by ρ.
+    """
+    contacts = model.contacts
+    return [
+        value(contacts[row.contact].stretch) if row.direction == 1 else 1 for row in contact_layout(contacts)
+    ]
+
+
+def stretched(rows: Sequence[Any], ratio: Any) -> list[Any]:
+    """Return rows of one contact, numbers or lists, with the last one, if it is a second tangent, times a ratio."""
+    if len(rows) < 3 or is_one(ratio):
+        return list(rows)
+    last = [ratio * x for x in rows[2]] if isinstance(rows[2], list | tuple) else ratio * rows[2]
+    return [*rows[:2], last]
+
+
+def is_one(ratio: Any) -> bool:
+    """Return True for the number 1."""
+    return isinstance(ratio, int) and ratio == 1
 
 
 class Candidates:
@@ -168,15 +194,17 @@ class Candidates:
         outputs: list[list[Any]] = []
         for k, contact in enumerate(model.contacts):
             it, given = touch(model, state, contact), rows_of(model, state, (contact,))
-            parts = [it.gap, *it.reach], coefficients(model, state, contact), given.rate, given.bias
-            laws, rates, biases, _ = accumulate(map(len, parts))
+            ratio = state(contact.stretch)
+            rates, biases, matrix = (stretched(x, ratio) for x in (given.rate, given.bias, given.matrix))
+            parts = [it.gap, *it.reach], coefficients(model, state, contact), rates, biases
+            laws, at_rates, at_biases, _ = accumulate(map(len, parts))
             values = [x for part in parts for x in part]
-            for along in given.matrix:
+            for along in matrix:
                 W = entries(along)
                 of_rows.append((len(columns), len(W), len(values)))
                 columns += [place[i] for i, _ in W]
                 values += [x for _, x in W]
-            contacts.append(ContactPattern(*gaps[k], len(it.reach), laws, rates, biases, len(values)))
+            contacts.append(ContactPattern(*gaps[k], len(it.reach), laws, at_rates, at_biases, len(values)))
             if it.reach:
                 values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
             outputs.append(values)
@@ -209,7 +237,12 @@ class Candidates:
     def motion(self, state: State, given: Sequence[Any]) -> Motion:
         """Return the motion with accelerations, contact forces and multipliers that are inputs."""
         n, m = self.model.n_u, self.rows
-        return forced_motion(self.model, state, given[:n], given[n : n + m], given[n + m :])
+        return forced_motion(self.model, state, given[:n], self.forces(state, given), given[n + m :])
+
+    def forces(self, state: State, given: Sequence[Any]) -> list[Any]:
+        """Return the contact forces among these inputs."""
+        at, ratios = self.model.n_u, stretches(self.model, state)
+        return [x if is_one(r) else r * x for x, r in zip(given[at : at + self.rows], ratios, strict=True)]
 
     @property
     def inputs(self) -> int:

@@ -26,6 +26,7 @@ from ...native.instructions import Integers, Reals, compiled, inlined, root
 from ..cones.elimination import solved
 from . import laws
 from .contact_outputs import (
+    adhesion_of,
     biases_of,
     closed_touched,
     evaluated,
@@ -191,7 +192,10 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
 
 @compiled
 def push(phase: PhaseData, z: Reals) -> None:
-    """Set the normal forces that the state gives, and the friction of those contacts that slip; add them to z."""
+    """Set the normal forces that the state gives, and the friction of those contacts that slip; add them to z.
+
+    The pull -A of a rigid contact that adheres is added, too: λ = N + A is what its condition gives, and its cone has.
+    """
     for closed in range(phase.closed_count):
         k = phase.closed[closed]
         if phase.held[k] != 0:
@@ -203,6 +207,8 @@ def push(phase: PhaseData, z: Reals) -> None:
                 for j in range(phase.tangents[k]):
                     F[1 + j] = F[0] * friction_along(phase, k, phase.pushed[k], j)
                     push_along(phase, z, phase.first[k] + 1 + j, F[1 + j])
+        elif phase.adhesive_count > 0:
+            push_along(phase, z, phase.first[k], -adhesion_of(phase, k))
 
 
 @compiled
@@ -221,7 +227,7 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
     n, count, w, z = phase.n, phase.conditions, phase.step, phase.free
     evaluated(t, y, phase)
     closed_touched(t, y, phase)
-    if phase.held_count > 0:
+    if phase.held_count + phase.adhesive_count > 0:
         push(phase, z)
     rows_made(phase)
     for i in range(count):
@@ -245,5 +251,7 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
             if phase.slip[i] != laws.NO_SLIP:
                 for j in range(phase.tangents[k]):
                     F[1 + j] = x * friction_along(phase, k, phase.slip[i], j)
+            if phase.row_of[i] == 0:
+                F[0] = x - adhesion_of(phase, k)
     moved(phase, w, phase.udot)
     return good

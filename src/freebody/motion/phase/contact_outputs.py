@@ -61,6 +61,12 @@ def given_force_of(phase: PhaseData, k: int) -> float:
 
 
 @inlined
+def adhesion_of(phase: PhaseData, k: int) -> float:
+    """Return the pull that a contact bears."""
+    return phase.touch[phase.laws_at[k] + 5]
+
+
+@inlined
 def rates_of(phase: PhaseData, k: int) -> Reals:
     """Return the gap's rate and the slip velocity of a contact."""
     return phase.touch[phase.rates_at[k] :]

@@ -6,6 +6,7 @@ from ...native.instructions import Reals, compiled, greater, lesser
 from . import laws
 from .closed_contacts import gamma_of, solve
 from .contact_outputs import (
+    adhesion_of,
     force_of,
     gaps_found,
     given_force_of,
@@ -47,7 +48,7 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
     if law == laws.RELEASE:
         return lesser(-seen[0], given_force_of(phase, k))
     if law == laws.NORMAL:
-        return F[0] + size
+        return F[0] + adhesion_of(phase, k) + size
     if law == laws.REACH:
         return seen[1 + phase.place[i]]
     if law == laws.SIDE:
@@ -57,7 +58,7 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
     if law == laws.STOP:
         return v[1] * v[1] + v[2] * v[2] - laws.STOPPED_SQUARE
     mu = static_friction_of(phase, k)
-    most = mu * F[0] + (1.0 + mu) * size
+    most = mu * (F[0] + adhesion_of(phase, k)) + (1.0 + mu) * size
     if law == laws.CONE:
         return most * most - F[1] * F[1] - F[2] * F[2]
     return most - sign * F[1]

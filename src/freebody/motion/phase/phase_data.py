@@ -106,7 +106,7 @@ def _made(
     data = PhaseData.made(
         n_q=model.n_q, n=n, contacts=len(phase.modes), rows=scene.rows, pairs=len(pattern.pairs), own=len(own),
         all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
-        compliant_count=sum(scene.compliant), driven=int("power" in kernels),
+        compliant_count=sum(scene.compliant), adhesive_count=sum(scene.adhesive), driven=int("power" in kernels),
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,

@@ -9,6 +9,7 @@ from ...native.instructions import Reals, compiled, greater, inlined, lesser
 from . import laws
 from .closed_contacts import NAN, independent, solve
 from .contact_outputs import (
+    adhesion_of,
     biases_of,
     closed_touched,
     force_of,
@@ -180,7 +181,7 @@ def response(phase: PhaseData, v: Reals, X: Reals) -> None:
 def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
     change of u' per unit of each contact force, μ, μ_s, e, μ at rest, the least rates of reaches that are zero, and the
-    normal forces that the state gives.
+    normal forces that the state gives, and the adhesion.
 
     The machine's own conditions are enforced.
     """
@@ -189,7 +190,12 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     gap, reach, rate = out, out[E:], out[2 * E :]
     change, free = rate[m:], rate[2 * m :]
     W, X = free[n:], free[n + m * n :]
-    coefficients, away, given = X[m * n :], X[m * n + 4 * E :], X[m * n + 5 * E :]
+    coefficients, away, given, adhesion = (
+        X[m * n :],
+        X[m * n + 4 * E :],
+        X[m * n + 5 * E :],
+        X[m * n + 6 * E :],
+    )
     solve(t, y, phase)
     open_touched(t, y, phase)
     for i in range(n):
@@ -204,7 +210,7 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
             reach[k] = lesser(reach[k], seen[1 + j])
             if abs(seen[1 + j]) <= near:
                 away[k] = lesser(away[k], phase.touch[phase.away_at[k] + j])
-        given[k] = given_force_of(phase, k)
+        given[k], adhesion[k] = given_force_of(phase, k), adhesion_of(phase, k)
         for j in range(4):
             coefficients[4 * k + j] = phase.touch[phase.laws_at[k] + j]
         for j in range(1 + phase.tangents[k]):

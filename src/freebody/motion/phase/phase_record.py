@@ -19,6 +19,7 @@ class PhaseData(Record):
     ``expressions``             functions of the user before them
     ``held_count``              contacts whose normal force the state gives
     ``compliant_count``         those of them with a law of the depth
+    ``adhesive_count``          contacts that bear a pull
     ``driven``                  1 if there is a kernel ``power``
 
     Kernels, each with its constants:
@@ -42,8 +43,8 @@ class PhaseData(Record):
     Contacts:
 
     ``gaps``, ``gaps_at``       outputs of the kernels of pairs, and places of the first of each
-    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, given N, rates,
-                                biases, W, rates of reaches), and places of the first of each
+    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, given N, pull,
+                                rates, biases, W, rates of reaches), and places of the first of each
     ``gap_at``                  place of the gap of a contact in ``gaps``; its reaches follow
     ``laws_at``, ``rates_at``, ``biases_at``, ``away_at``    places in ``touch`` of μ, of the rates, of their biases and
                                 of the rates of the reaches of a contact
@@ -90,6 +91,7 @@ class PhaseData(Record):
     expressions: Count
     held_count: Count
     compliant_count: Count
+    adhesive_count: Count
     driven: Count
     machine: Kernel
     values: Kernel

@@ -97,6 +97,7 @@ class Scene:
         )
         self.held = tuple(int(c.held) for c in self.model.contacts)
         self.compliant = tuple(int(c.compliant) for c in self.model.contacts)
+        self.adhesive = tuple(int(c.adhesion != 0) for c in self.model.contacts)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}
@@ -121,7 +122,7 @@ class Scene:
         """The function ``looked`` of all contacts."""
         n, E, m = self.model.n_u, len(self.first), self.rows
         none = self.holding(("open",) * E, self.kernels.active)
-        return none.data({"looked": 8 * E + 2 * m + n + 2 * m * n})
+        return none.data({"looked": 9 * E + 2 * m + n + 2 * m * n})
 
     def constants(self, parameters: Array) -> Array:
         """Return the constants of the kernel for these parameters."""
@@ -149,9 +150,10 @@ class Scene:
                 *map(float, problem.free),
                 *(float(x) for row in seen.matrix for x in row),
                 *(float(x) for row in problem.responses for x in row),
-                *(float(x) for *laws, _ in given for x in laws),
+                *(float(x) for *laws, _, _ in given for x in laws),
                 *(self._away(state, c, y[:n]) for c in model.contacts),
-                *(float(N) for *_, N in given),
+                *(float(N) for *_, N, _ in given),
+                *(float(adhesion) for *_, adhesion in given),
             ]
         )
 
@@ -165,10 +167,10 @@ class Scene:
         """Return the outputs of ``looked`` by their names."""
         n_u, E, m = self.model.n_u, len(self.first), self.rows
         parts, at = [], 0
-        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 4 * E, E, E):
+        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 4 * E, E, E, E):
             parts.append(values[at : at + size])
             at += size
-        gap, reach, rate, c, free, matrix, responses, laws, away, _ = parts
+        gap, reach, rate, c, free, matrix, responses, laws, away, _, _ = parts
         friction, static, restitution, _ = laws.reshape(E, 4).T.copy()
         return Snapshot(
             gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u), friction, static,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, root
-from ..cones.block_rows import dot
+from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
 from ..families.inertia import mass_blocks
@@ -63,12 +63,23 @@ def give(run: Run, N: Reals) -> None:
     """Set the impulses of the normal forces that the state gives to those of N; without them there is no friction."""
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
-        if contacts.held[contacts.owner[a]] != 0:
+        if contacts.held[contacts.owner[a]] != 0 and contacts.presser[contacts.owner[a]] < 0:
             if problem.kinds[a] == NORMAL:
                 problem.low[a] = N[contacts.owner[a]] * run.h
                 problem.x[a] = problem.low[a]
             elif N[contacts.owner[a]] == 0.0:
                 problem.x[a] = 0.0
+
+
+@compiled
+def adhere(run: Run) -> None:
+    """Add the pulls -A of the closed contacts to the loads, and their power; N + A is what the cones have."""
+    contacts, problem, blocks = run.contacts, run.problem, run.problem.blocks
+    for a in range(contacts.closed):
+        A, r = contacts.adhesion[contacts.owner[a]], problem.rows[a]
+        if A > 0.0 and problem.kinds[a] == NORMAL:
+            add(blocks, r, run.W, -A, run.pressed)
+            run.pressing[0] -= A * run.rates[r]
 
 
 @compiled
@@ -105,12 +116,24 @@ def close(run: Run, friction: int, near: float) -> None:
     contacts, problem = run.contacts, run.problem
     count, row = 0, 0
     for e in range(contacts.count):
-        tangents = contacts.tangents[e]
-        if run.now.gap[e] <= near and (friction != 0 or contacts.held[e] == 0):
+        tangents, presser, closed = contacts.tangents[e], contacts.presser[e], count
+        contacts.normal_row[e] = -1
+        if presser >= 0:  # it resists rolling or spinning while its contact is closed
+            if friction != 0 and contacts.normal_row[presser] >= 0:
+                for k in range(1, 1 + tangents):
+                    problem.rows[count], problem.mu[count], problem.low[count] = row + k, contacts.mu[e], 0.0
+                    problem.kinds[count] = LINE if tangents == 1 else FIRST + k - 1
+                    problem.between[count] = count - 1 - contacts.normal_row[presser]
+                    contacts.owner[count], contacts.rebound[count] = e, 0.0
+                    count += 1
+        elif (run.now.gap[e] <= near or contacts.kept[e] != 0) and (friction != 0 or contacts.held[e] == 0):
             for k in range(1 + tangents if friction != 0 else 1):
-                problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
+                problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
+                contacts.normal_row[e] = closed
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
+                if friction == 0 and contacts.kept[e] != 0:
+                    problem.low[count] = -FAR
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents
@@ -129,9 +152,9 @@ def answers(run: Run, constraints: int) -> None:
         r = problem.rows[a]
         answer(run.elimination, r, W, X, run.elimination.sigma[a], constraints)
         A[a, 0] = joined(blocks, r, r, W, X)
-        if kinds[a] == LINE or kinds[a] == SECOND:
+        if (kinds[a] == LINE and problem.between[a] == 0) or kinds[a] == SECOND:
             A[a - 1, 1] = joined(blocks, r - 1, r, W, X)
-        if kinds[a] == SECOND:
+        if kinds[a] == SECOND and problem.between[a - 1] == 0:
             A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
             A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
     for a in range(run.contacts.closed):

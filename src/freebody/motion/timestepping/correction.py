@@ -66,6 +66,8 @@ def overlap(run: Run, t: float) -> float:
         hide(run.contacts, run.end)
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
+        if run.contacts.kept[e] != 0:
+            depth = greater(depth, run.end.gap[e])
     return deepest(run, t, depth)
 
 

@@ -22,6 +22,7 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
+from ...model.contact import friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown
 from ..kernels.kernels import Kernels, Program
@@ -376,16 +377,20 @@ class InSteps:
         modes = np.array(MODES)[
             self.impulses.modes[self._step_of(times)] if len(self.impulses.modes) else none
         ]
-        result = {}
+        result: dict[str, ContactMotion] = {}
         for e, contact in enumerate(model.contacts):
             at, n = first[e], tangents[e]
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
+            if contact.presser:
+                lam[:, 0] = result[contact.presser].normal
             mu = number(model, self.values, contact.friction, "a coefficient of friction")
-            margin = mu * lam[:, 0] - np.linalg.norm(lam[:, 1:], axis=1)
+            pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
+            ratio = number(model, self.values, contact.stretch, "a ratio of friction")
+            margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
             mode = np.array([contact.shown(x) for x in modes[:, e]])
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
-                np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu),
+                np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu), margin,
             )  # fmt: skip
         if not model.families:
             return ByName("contact", result)
@@ -417,15 +422,18 @@ class InSteps:
         before, now = (MODES[self.impulses.modes[k, e]] for k in (step - 1, step))
         if before == "open":
             return "the gap closed"
+        contact = self.kernels.model.contacts[e]
         if now == "open":
-            return "N reached 0"
+            return "N reached 0" if contact.adhesion == 0 else "N reached the adhesion"
         if now == "stick":
             return "the slip stopped"
         if before != "stick":
             return "the slip turned round"
         at = self.layout[0][e]
+        if contact.friction_across is not None:
+            return "T reached its ellipse"
         T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.stepping.step
-        unit = self.kernels.model.contacts[e].units["tangential"]
+        unit = contact.units["tangential"]
         return f"|T| reached {float(np.linalg.norm(T)):.6g} {unit}"
 
     @property

@@ -54,6 +54,13 @@ def memory_of(
         np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
+    contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
+    names = [c.name for c in model.contacts]
+    contacts.presser = np.array(
+        [names.index(c.presser) if c.presser else -1 for c in model.contacts], dtype=np.int64
+    )
+    contacts.normal_row = np.full(E, -1, dtype=np.int64)
+    contacts.kept = np.zeros(E, dtype=np.int64)
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])

@@ -31,14 +31,15 @@ import math
 
 from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
-from ..cones.contact_problem import NORMAL
+from ..cones.cone import bound
+from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.islands import Islands
-from .configuration import CLOSED_GAP, answers, close, evaluate, give, loads_at, normalize, put_speeds
+from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
 from .impulses import impulses
 from .loads import change_loads, imbalance
-from .pairs import begin_pairs, log_pairs, mode, room_left
+from .pairs import begin_pairs, log_pairs, mode, room_left, slip
 from .stepping_record import (
     CONTACTS,
     LOADS,
@@ -98,6 +99,7 @@ def midpoint(run: Run, t: float) -> int:
         r = problem.rows[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
     give(run, run.given)
+    adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
     return NONE
@@ -202,6 +204,7 @@ def account(run: Run) -> None:
         contacts.guess[r] = 0.0
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
+        contacts.kept[e] = 0
     for a in range(problem.count):
         if a < contacts.closed:
             contacts.guess[problem.rows[a]] = problem.x[a]
@@ -212,10 +215,16 @@ def account(run: Run) -> None:
             after -= contacts.rebound[a] * contacts.before[a]
             if problem.x[a] > 0.0 and a < contacts.closed:
                 run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
+                contacts.kept[contacts.owner[a]] = 1 if contacts.adhesion[contacts.owner[a]] > 0.0 else 0
+        elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
+            run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
     log_pairs(run)
     for r in range(contacts.rows):
         run.impulses[k, r] = contacts.guess[r]
+    for a in range(contacts.closed):
+        if problem.kinds[a] == NORMAL:
+            run.impulses[k, problem.rows[a]] -= run.h * contacts.adhesion[contacts.owner[a]]
     for i in range(run.machine.n):
         run.u_mean[i] = 0.5 * (run.u[i] + run.u_new[i])
     for i in range(run.constraints):
@@ -226,6 +235,14 @@ def account(run: Run) -> None:
     struck -= run.h * dot(run.pressed, run.u, run.machine.n)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
+
+
+@compiled
+def contacts_resist(run: Run, a: int) -> int:
+    """Return 1 if what resists rolling or spinning begins at row ``a``."""
+    problem = run.problem
+    begins = problem.kinds[a] == LINE or problem.kinds[a] == FIRST
+    return 1 if a < run.contacts.closed and begins and problem.between[a] > 0 else 0
 
 
 @compiled

@@ -42,7 +42,7 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
     margin = mu * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
-        np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu),
+        np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,
     )  # fmt: skip
 
 

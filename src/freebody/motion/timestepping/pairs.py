@@ -42,7 +42,7 @@ def close_pairs(run: Run, friction: int) -> None:
         f = run.families.members.family[pairs.first[pairs.slots[c]]]
         tangents = laws.tangents[f]
         for k in range(1 + tangents if friction != 0 else 1):
-            problem.rows[count], problem.mu[count] = row + k, laws.mu[f]
+            problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
             count += 1
@@ -112,11 +112,15 @@ def log_pairs(run: Run) -> None:
 def mode(run: Run, a: int) -> int:
     """Return the mode of the pressed contact whose normal is row ``a``."""
     problem = run.problem
-    still, last = 100.0 * run.tolerance * problem.reference, problem.count - 1
-    if a < last and problem.kinds[a + 1] == LINE:
-        v = problem.r[a + 1]
+    return slip(run, a + 1) if a < problem.count - 1 and problem.kinds[a + 1] > NORMAL else STICK
+
+
+@compiled
+def slip(run: Run, a: int) -> int:
+    """Return the mode of a pressed contact whose tangents begin at row ``a``."""
+    problem = run.problem
+    still, v = 100.0 * run.tolerance * problem.reference, problem.r[a]
+    if problem.kinds[a] == LINE:
         return FORWARDS if v > still else (BACKWARDS if v < -still else STICK)
-    if a < last and problem.kinds[a + 1] == FIRST:
-        v, w = problem.r[a + 1], problem.r[a + 2]
-        return SLIP if v * v + w * w > still * still else STICK
-    return STICK
+    w = problem.r[a + 1]
+    return SLIP if v * v + w * w > still * still else STICK

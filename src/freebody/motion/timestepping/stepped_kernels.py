@@ -25,7 +25,7 @@ from ...model.contact import Contact
 from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels, Program
-from ..phase.candidates import layout_of
+from ..phase.candidates import layout_of, stretched
 
 Whole = Any  # array of int64
 
@@ -88,6 +88,13 @@ def _shape(
     for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
         over[at : at + 1 + count] = [whole] * (1 + count)
+    groups_of: dict[str, list[int]] = {}
+    for at, count, contact in zip(first, tangents, model.contacts, strict=True):
+        groups_of.setdefault(contact.presser or contact.name, []).extend(range(at, at + 1 + count))
+    for places in groups_of.values():  # so do those of what resists its rolling
+        whole = sorted({k for r in places for k in over[r]})
+        for r in places:
+            over[r] = whole
     sizes = [len(group) for group in groups]
 
     def starts(lengths: Any) -> Whole:
@@ -147,8 +154,12 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         reaches = [one.reach for one in touches(model, state)]
         M, W, G = mass_matrix(model, state), list(given.matrix), [conditions.matrix[i] for i in held]
         f, gap, rate = [-x for x in bias(model, state)], list(given.gap), list(given.rate)
+        rate, W = _stretched(model, state, rate), _stretched(model, state, W)
         N, pressed, power = [_given(model, state, contact) for contact in model.contacts], [0] * model.n_u, 0
+        names = [contact.name for contact in model.contacts]
         for k, (r, contact) in enumerate(zip(layout_of(model)[0], model.contacts, strict=True)):
+            if contact.presser:
+                gap[k] = gap[names.index(contact.presser)]
             if contact.compliant:  # its normal force is a load: no impulse is to be found along its normal
                 pressed, power = combined(pressed, [N[k]], [W[r]]), power + N[k] * rate[r]
                 W[r], rate[r], gap[k] = (0,) * model.n_u, 0, state.field.apply("max", gap[k], 0)
@@ -185,6 +196,14 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         }
 
     return kernels.program("stepping", functions), shapes["stepping"]
+
+
+def _stretched(model: Model, state: State, rows: Sequence[Any]) -> list[Any]:
+    """Return the rows of all contacts, with second tangents that have a coefficient of their own times their ratio."""
+    result: list[Any] = []
+    for at, count, contact in zip(*layout_of(model)[:2], model.contacts, strict=True):
+        result += stretched(rows[at : at + 1 + count], state(contact.stretch))
+    return result
 
 
 def _given(model: Model, state: State, contact: Contact) -> Any:

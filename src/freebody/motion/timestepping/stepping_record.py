@@ -65,6 +65,11 @@ class Contacts(Record):
     ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
+    ``adhesion``      pull that each contact bears
+    ``kept``          1 while a contact adheres: it stays closed on a surface that curves away, and its gap is corrected
+                      to 0 from both sides
+    ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
+    ``normal_row``    normal row of each contact in the problem, or -1
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -79,6 +84,10 @@ class Contacts(Record):
     mu: Row
     restitution: Row
     held: Wholes
+    adhesion: Row
+    kept: Wholes
+    presser: Wholes
+    normal_row: Wholes
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]

@@ -27,7 +27,7 @@ from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
-from ..phase.candidates import layout_of
+from ..phase.candidates import layout_of, stretches
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
@@ -190,7 +190,12 @@ class _Run:
         """Refuse contacts and members of families that begin inside each other."""
         pairs = self._gaps_of_pairs(y) if self.pairs else []
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
-        refuse_overlap(self.model.name, [*pairs, *self._gaps_of_contacts(y)], NEAR, cure)
+        gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts
+        own = [gap for gap, c in zip(gaps, self.model.contacts, strict=True) if not c.presser]
+        refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure)
+        contacts.kept[:] = [
+            gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
+        ]
 
     def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
         program, E = self.program, len(self.first)
@@ -306,6 +311,7 @@ class _Run:
                     run.depth,
                     run.sweeps,
                 )
+                self.memory.contacts.kept[:] = run.contacts.kept
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
             close = run.problem.residual <= ACCEPTED
@@ -368,8 +374,9 @@ class _Run:
         constraints = np.zeros((len(impulses), len(conditions(self.model))))
         constraints[:, self.shape.held] = impulses[:, self.rows :]
         steps = range(len(impulses))
+        ratios = stretches(self.model, lambda x: number(self.model, self.values, x, "a ratio of friction"))
         did = Impulses(
-            impulses[:, : self.rows], constraints, works, corrections, modes.astype(np.int64),
+            impulses[:, : self.rows] * np.array(ratios), constraints, works, corrections, modes.astype(np.int64),
             {k: told for k, told in self.blows.items() if k in steps}, tuple(logs),
         )  # fmt: skip
         run = self.memory

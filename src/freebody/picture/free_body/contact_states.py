@@ -49,16 +49,30 @@ def _plain(text: str) -> str:
 def _state(e: Equations, contact: Contact) -> tuple[str, str]:
     """Mode of a contact in words, and the law of its friction with N and T for the forces."""
     mode, N = modes_of(e.model)[contact.name], "" if _of_joint(contact) else " N"
+    if contact.adhesion != 0:
+        N = rf" (N + {latex(e.state(contact.adhesion), e.ring)})"
     if mode == "open":
         return "open", ""
     if contact.frictionless:
         return "closed" if contact.law is not None else "closed, smooth", ""
+    if contact.friction_across is not None:
+        return _ellipse(e, contact, mode, N)
     if mode == "stick":
         return "stick", rf"|T| \leq {latex(e.state(contact.static_friction), e.ring)}{N}"
     touching = e.model.constraints.get(contact.name) or e.model.loads.get(contact.friction_name)
     direction = getattr(touching, "direction", None) or ()
     mu = friction_coefficient(e.model, e.state, contact, direction)
     return "slip", rf"|T| = {latex(mu, e.ring)}{N}"
+
+
+def _ellipse(e: Equations, contact: Contact, mode: str, N: str) -> tuple[str, str]:
+    """Mode of a contact with two coefficients of friction, and its law."""
+    along, across = contact.coefficients
+    if mode == "stick":
+        along, across = contact.static_friction, contact.stretch * contact.static_friction
+    first, second = (latex(e.state(mu), e.ring) for mu in (along, across))
+    sign = r"\leq" if mode == "stick" else "="
+    return mode, rf"\sqrt{{(T_1/{first})^2 + (T_2/{second})^2}} {sign}{N}"
 
 
 def _of_joint(contact: Contact) -> bool:
@@ -72,7 +86,10 @@ def _named(law: str, contacts: Sequence[Contact]) -> str:
         return law
     (contact,) = contacts
     tangent, normal = latex_name(contact.friction_name), latex_name(contact.normal_name)
-    return law.replace("|T|", f"|{tangent}|").replace(" N", f" {normal}")
+    if contact.friction_across is not None:
+        for plain, name in zip(("T_1", "T_2"), contact.tangent_names, strict=True):
+            law = law.replace(plain, latex_name(name))
+    return law.replace("|T|", f"|{tangent}|").replace("(N +", f"({normal} +").replace(" N", f" {normal}")
 
 
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
@@ -82,9 +99,13 @@ def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
         N = float(given_normal_force(e.model, now.state, contact))
     else:
         N = now.lookup[sympy.Symbol(contact.normal_name, real=True)]
+    if contact.friction_across is not None:
+        return _named(_state(e, contact)[1], [contact]).join("$$")
     size = sum(x * x for x in T) ** 0.5
-    most = float(now.state(contact.static_friction)) * N
+    most = float(now.state(contact.static_friction)) * (N + float(now.state(contact.adhesion)))
     mu = latex(e.state(contact.static_friction), e.ring)
     tangent = latex_name(contact.friction_name)
     normal = "" if _of_joint(contact) else latex_name(contact.normal_name)
+    if contact.adhesion != 0:
+        normal = f"({normal} + {latex(e.state(contact.adhesion), e.ring)})"
     return rf"$|{tangent}| = {size:.4g} \leq {most:.4g} = {mu} {normal}$"

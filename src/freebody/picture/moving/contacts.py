@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.state import State
+from ...model.contact import friction_margin
 from ...motion.ode.dense_output import observe
+from ...motion.phase.candidates import stretches
+from ...motion.start.initial import number
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -19,8 +22,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FRAME = 14
-"""Count of the numbers that describe a contact: gap, normal (3), two tangents (6), place (3), static friction."""
+FRAME = 16
+"""Count of the numbers that describe a contact: gap, normal (3), two tangents (6), place (3), static
+friction, adhesion, ratio of two coefficients of friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,8 @@ class Touched:
         Tangents in ground axes; the second is zero in a planar machine.
     static : ndarray (n, contacts)
         Coefficients of static friction.
+    adhesion, ratio : ndarray (n, contacts)
+        Pull that a contact bears [N], and ratio of the coefficients of friction across and along its direction.
     """
 
     names: tuple[str, ...]
@@ -50,6 +56,8 @@ class Touched:
     tangents: Array
     place: Array
     static: Array
+    adhesion: Array
+    ratio: Array
 
     def force(self, k: int, friction: bool) -> Array:
         """Normal force N n, or friction T, on the feature of contact k, in ground axes, shape (n, 3) [N]."""
@@ -62,7 +70,8 @@ class Touched:
     def margin(self, k: int) -> Array:
         """Friction margin μ_s N - |T| of contact k, shape (n,) [N]."""
         components = self.forces[k]
-        return np.asarray(self.static[:, k] * components[:, 0] - np.linalg.norm(components[:, 1:], axis=1))
+        pressure, ratio = components[:, 0] + self.adhesion[:, k], self.ratio[:, k]
+        return np.asarray(friction_margin(self.static[:, k], pressure, components[:, 1:].T, ratio, np.sqrt))
 
 
 class Contacts:
@@ -77,6 +86,8 @@ class Contacts:
         for k in range(len(model.contacts)):
             self.first.append(next(i for i, row in enumerate(layout) if row.contact == k))
         self.rows = len(layout)
+        values = self.trajectory.values
+        self.ratios = np.array(stretches(model, lambda x: number(model, values, x, "a ratio of friction")))
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
         def frames(state: State) -> dict[str, Sequence[Scalar]]:
@@ -84,7 +95,7 @@ class Contacts:
             for contact, touch in zip(model.contacts, touches(model, state), strict=True):
                 first, second = (*touch.tangents, ZERO, ZERO)[:2]
                 numbers += [touch.gap, *touch.normal, *first, *second, *touch.on_feature]
-                numbers.append(state(contact.static_friction))
+                numbers += [state(contact.static_friction), state(contact.adhesion), state(contact.stretch)]
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
@@ -99,7 +110,7 @@ class Contacts:
             times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
         program = phase.kernels.contact()
         constants = program.constants(phase.kernels.parameters(self.trajectory.values))
-        return observe(program.address("force"), self.rows, times, states, constants)
+        return observe(program.address("force"), self.rows, times, states, constants) * self.ratios
 
     def geometry(self, times: Array, states: Array) -> Array:
         """Gap, normal, tangents and place of all contacts, shape (n, FRAME contacts)."""
@@ -117,5 +128,5 @@ class Contacts:
             frame[:, :, 1:4],
             frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
             frame[:, :, 10:13],
-            frame[:, :, 13],
+            *(frame[:, :, k] for k in (13, 14, 15)),
         )

@@ -9,7 +9,7 @@ from ...dynamics import State, kinetic_energy, poses, potential_energy
 from ...dynamics.conditions.contact import touches
 from ...dynamics.kinematics import angular_velocity
 from ...dynamics.motion import Motion, all_reactions, transmitting
-from ...model.contact import Contact
+from ...model.contact import Contact, friction_margin
 from ...motion.kernels.kernels import Kernels
 from ...motion.phase.scene import KINDS
 from ...scalar.algebra import ZERO, Scalar, add, scale
@@ -105,8 +105,9 @@ class Outputs:
                 friction = add(friction, scale(component, tangent))
             result += [touch.gap, N]
             if not contact.frictionless:
-                size = state.field.sqrt(sum(component * component for component in T))
-                result += [*T, state(contact.static_friction) * N - size]
+                static, pressure = state(contact.static_friction), N + state(contact.adhesion)
+                ratio = state(contact.stretch)
+                result += [*T, friction_margin(static, pressure, T, ratio, state.field.sqrt)]
             result += [*normal, *friction, *touch.on_feature]
         assert len(result) == self.count
         return result

@@ -329,6 +329,19 @@ def _coefficient(model: Model, state: State, law: Any) -> str:
     return _law(model, law)
 
 
+def _friction(model: Model, state: State, contact: Any) -> str:
+    """The coefficient of friction of a contact, or both."""
+    first = _coefficient(model, state, contact.friction)
+    if contact.friction_across is None:
+        return first
+    return f"{first} along, {_coefficient(model, state, contact.friction_across)} across"
+
+
+def _adhesion(state: State, contact: Any) -> str:
+    """The adhesion of a contact, empty without one."""
+    return f", adhesion {float(state(contact.adhesion)):.6g} N" if contact.adhesion != 0 else ""
+
+
 def _law(model: Model, law: Any) -> str:
     """Return the text of a law of a contact."""
     return expression_text(law, {**model.names.texts, **OWN_NAMES})
@@ -368,10 +381,10 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
             (
                 contact.name,
                 f"{contact.feature.body.name} – {contact.surface.body.name}",
-                _coefficient(model, state, contact.friction),
+                _friction(model, state, contact),
                 f"N = {_law(model, contact.normal_force)}"
                 if contact.compliant
-                else _coefficient(model, state, contact.restitution),
+                else _coefficient(model, state, contact.restitution) + _adhesion(state, contact),
             )
             for contact in model.contacts
         ]

@@ -79,8 +79,7 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
         _curve(ax, trajectory, values, shade, name, "-" if i < len(COLORS) else "--")
         undetermined = _undetermined(motion, values)
         if undetermined.any():
-            mu, least = motion.static_friction, motion.least
-            margin = np.where(undetermined, mu * least[:, 0] - np.linalg.norm(least[:, 1:], axis=1), np.nan)
+            margin = np.where(undetermined, motion.least_margin, np.nan)
             _curve(ax, trajectory, margin, shade, f"{name} ({LEAST})", ":")
     units = {c.name: c.units for c in trajectory.kernels.model.contacts}
     _over_time(ax, r"$\mu_s N - |T|$", {units[name]["margin"] for name in names}, "Friction margin")

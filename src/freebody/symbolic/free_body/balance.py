@@ -20,7 +20,7 @@ from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
-from ...dynamics.conditions.constraints import Row, friction_of_slip, rows, slip_direction, torques
+from ...dynamics.conditions.constraints import Row, friction_along_tangents, rows, torques
 from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
@@ -30,7 +30,7 @@ from ...dynamics.loads.added_mass import moving
 from ...dynamics.loads.loading import weight
 from ...dynamics.loads.power import joint_link, speed_of
 from ...errors import ModelError, nearest
-from ...model.contact_modes import Touching
+from ...model.contact_modes import Sliding, Touching
 from ...model.model import JointPlace
 from ...scalar.algebra import (
     IDENTITY,
@@ -111,6 +111,8 @@ class BodyBalance:
                 Action(name, "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
             )
         for load in model.loads.values():
+            if isinstance(load, Sliding) and load.contact.name in model.constraints:
+                continue  # of an adhesion: one force with the friction of N
             result.extend(self._load_actions(load))
         for name, joint in model.joints.items():
             sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
@@ -201,11 +203,9 @@ class BodyBalance:
         unit = unit_forces(e.model, e.state, contact)
         parts = [(row.name, "reaction", unit[names.index(row.name)], value)]
         if touching.slips and not contact.frictionless:
-            mu = friction_of_slip(e.model, e.state, touching)
-            for name, d, acting in zip(
-                contact.tangent_names, slip_direction(e.model, e.state, touching), unit[1:], strict=True
-            ):
-                parts.append((name, "friction", acting, -(mu * value * d)))
+            shares = friction_along_tangents(e.model, e.state, touching, value)
+            for name, share, acting in zip(contact.tangent_names, shares, unit[1:], strict=True):
+                parts.append((name, "friction", acting, share))
         result = []
         for name, kind, acting, factor in parts:
             forces = [scaled(action, factor) for action in acting]

@@ -7,9 +7,8 @@ import sympy
 from ...dynamics.conditions.constraints import (
     Row,
     closed_forces,
-    friction_of_slip,
+    friction_along_tangents,
     rows,
-    slip_direction,
     slip_friction,
 )
 from ...dynamics.conditions.contact import touch, wrench_on_feature
@@ -39,7 +38,7 @@ def contact_actions(e: Derivation, body: str, touching: Touching, row: Row, valu
     )
     result = [Action(row.name, "reaction", scale(sign * value, direction), ZERO, spot.position, by)]
     if touching.slips and not contact.frictionless:
-        force = scale(value, slip_friction(model, state, touching))
+        force = scale(value + state(contact.adhesion), slip_friction(model, state, touching))
         # in 3-D one action has both tangential components
         result.append(
             Action(
@@ -63,11 +62,15 @@ def sliding_friction(e: Derivation) -> dict[str, tuple[sympy.Symbol, Scalar, str
             continue
         if not touching.contact.held and row.name != touching.contact.normal_name:
             continue
-        mu = friction_of_slip(e.model, e.state, touching)
-        along = slip_direction(e.model, e.state, touching)
-        for name, d in zip(touching.contact.tangent_names, along, strict=True):
-            result[name] = (sympy.Symbol(name, real=True), -(mu * value * d), row.owner)
+        shares = friction_components(e, touching, value)
+        for name, share in zip(touching.contact.tangent_names, shares, strict=True):
+            result[name] = (sympy.Symbol(name, real=True), share, row.owner)
     return result
+
+
+def friction_components(e: Derivation, touching: Touching, N: Scalar) -> list[Scalar]:
+    """Return the components of the friction of a slip under the normal force N."""
+    return friction_along_tangents(e.model, e.state, touching, N + e.state(touching.contact.adhesion))
 
 
 def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
@@ -83,9 +86,11 @@ def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
         value = e.ring.generator(symbol, "reaction")
         parts[row.name] = e.displayed(value)
         if touching.slips and not contact.frictionless:
-            mu = friction_of_slip(model, state, touching)
-            for name, d in zip(contact.tangent_names, slip_direction(model, state, touching), strict=True):
-                parts[name] = e.displayed(-(mu * value * d))
+            shares = friction_components(e, touching, value)
+            for name, share in zip(contact.tangent_names, shares, strict=True):
+                parts[name] = e.displayed(share)
+            # the condition has the friction of N
+            force = add(force, scale(state(contact.adhesion), slip_friction(model, state, touching)))
         f, n = wrench_on_feature(model, state, contact, acting)
         force, moment = add(force, scale(value, f)), add(moment, scale(value, n))
     return Reaction(

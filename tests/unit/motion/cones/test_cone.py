@@ -52,6 +52,26 @@ def test_violations_have_their_slope(seed):
     )
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_violations_of_what_resists_rolling_have_their_slope(seed):
+    """Two disks and an interval on one normal force."""
+    rng = np.random.default_rng(seed)
+    H, kinds = rng.normal(size=(6, 6)), [NORMAL, FIRST, SECOND, FIRST, SECOND, LINE]
+    dense = DenseProblem(H @ H.T, rng.normal(size=6), kinds, np.array([0, 0.4, 0.4, 0.1, 0.1, 0.2]))
+    dense.memory.between[:6] = [0, 0, 0, 2, 0, 4]
+    x, d, h, slope = rng.normal(size=6), rng.normal(size=6), 1e-6, np.empty((6, 6))
+    x[0] = abs(x[0])
+
+    def violations(x):
+        dense.rated(x, dense.A @ x + dense.b)
+        return dense.memory.e.copy()
+
+    violations(x)
+    code("violation_slopes")(dense.memory, dense.A, slope)
+    change = (violations(x + h * d) - violations(x - h * d)) / (2 * h)
+    np.testing.assert_allclose(change, slope @ d, atol=1e-8 * np.abs(dense.A).max())
+
+
 def test_violations_are_those_of_the_laws():
     A, b = np.eye(3), np.array([-2.0, 0.1, 3.0])
     dense = DenseProblem(A, b, [NORMAL, FIRST, SECOND], [0, 0.5, 0.5])

@@ -38,6 +38,35 @@ def test_sweeps_and_newton_agree(kinds, seed):
     np.testing.assert_allclose(x, by_newton, atol=1e-9 * np.abs(x).max(initial=1e-3))
 
 
+RESISTING = [NORMAL, FIRST, SECOND, FIRST, SECOND, LINE]
+"""A contact with friction, that resists rolling and spinning."""
+BETWEEN = [0, 0, 0, 2, 0, 4]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_sweeps_and_newton_agree_on_what_resists_rolling(seed):
+    rng = np.random.default_rng(seed)
+    contacts, m = 3, 18
+    W = rng.normal(size=(m, m + 3))
+    A, b = W @ W.T, W @ rng.normal(size=m + 3)
+    dense = DenseProblem(A, b, RESISTING * contacts, [0.05] * m)
+    dense.memory.between[:m] = BETWEEN * contacts
+    by_newton, left, _ = dense.from_zero()
+    x, residual, used = swept(dense)
+    assert used >= 0
+    assert residual <= 1e-12 and left <= 1e-11
+    r = A @ x + b
+    for a in range(0, m, 6):
+        limit = 0.05 * x[a]
+        assert min(x[a], r[a]) == pytest.approx(0, abs=1e-11)
+        for part in (slice(a + 1, a + 3), slice(a + 3, a + 5), slice(a + 5, a + 6)):
+            T, v = x[part], r[part]
+            assert np.linalg.norm(T) <= limit * (1 + 1e-9) + 1e-12
+            slips = np.linalg.norm(v) > 1e-9
+            assert not slips or np.allclose(T * np.linalg.norm(v), -limit * v, atol=1e-9)
+    np.testing.assert_allclose(x, by_newton, atol=1e-9 * np.abs(x).max(initial=1e-3))
+
+
 def test_sweeps_find_what_a_wedge_shares():
     """Two walls that hold a body against a load: more impulses than freedoms, and no laws broken."""
     W = np.array([[0.6, 0.8], [0.8, -0.6], [-0.6, 0.8], [0.8, 0.6]])  # normal, tangent of each wall

@@ -1,0 +1,105 @@
+"""Resistance of a contact to rolling and spinning: moments that the normal force bounds.
+
+    rolling     |M_1, M_2| <= δ N, against the angular velocity along the tangents;    in a plane M <= δ N
+    spinning    |M_n| <= δ_n N, against that along the normal
+
+Each is an element of its own beside the contact, `floor_rolling` and `floor_spinning`: its mode is stick (no rolling)
+or slip, its gap that of the contact, its normal force that of the contact.
+
+Source: K. L. Johnson, Contact Mechanics (1985), section 9.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ..describe.contacts.contact import ContactPair
+from ..describe.contacts.gap import Gap
+from ..describe.frame import Frame
+from ..describe.loads.action import Action, Couple
+from ..errors import ModelError
+from ..scalar.algebra import negate
+from .contact import Contact, Side
+
+ROLLING, SPINNING = "rolling", "spinning"
+
+
+class Resistance(Gap):
+    """What resists the rolling, or the spinning, of a contact: couples along its tangents, or along its normal."""
+
+    contact: Any
+    about: str
+
+    noun = "resistance"
+    held = True
+
+    @property
+    def turns(self) -> bool:
+        """True: it is a moment against an angular velocity."""
+        return True
+
+    @property
+    def bodies(self) -> tuple[Frame, Frame]:
+        """The bodies of the contact."""
+        return self.contact.feature.body, self.contact.surface.body
+
+    def gap(self, at: Any) -> Any:
+        """Return the gap of the contact."""
+        return at.pressed(self.contact)[0].gap
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield nothing: the contact has the normal force."""
+        yield from ()
+
+    def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
+        """Return the couples of a moment of 1 N m about each axis."""
+        touch = at.pressed(self.contact)[0]
+        axes = touch.tangents if self.contact.planar is None else (self.contact.planar,)
+        first, second = self.bodies
+        return [
+            (Couple(first, e), Couple(second, negate(e)))
+            for e in ((touch.normal,) if self.about == SPINNING else axes)
+        ]
+
+
+def with_resistances(contacts: Sequence[Contact], pairs: Mapping[str, Any]) -> tuple[Contact, ...]:
+    """Return the elements of contacts, each followed by those that resist its rolling and spinning.
+
+    Raises
+    ------
+    ModelError
+        Spinning in a machine that moves in a plane.
+    """
+    taken, result = {*pairs, *(contact.name for contact in contacts)}, list[Contact]()
+    for contact in contacts:
+        pair = pairs[contact.owner]
+        result += [contact, *(_resistances(contact, pair, taken) if isinstance(pair, ContactPair) else ())]
+    return tuple(result)
+
+
+def _resistances(contact: Contact, pair: ContactPair, taken: set[str]) -> list[Contact]:
+    """Return the elements that resist the rolling and spinning of an element."""
+    result = []
+    for about, length in ((ROLLING, pair.rolling), (SPINNING, pair.spinning)):
+        if length == 0:
+            continue
+        if about == SPINNING and contact.planar is not None:
+            raise ModelError(
+                f"Contact '{pair.name}' resists spinning about its normal, but the machine moves in a plane and does "
+                f"not spin so. Leave spinning= out."
+            )
+        letters = ("M",) if contact.planar is not None else ("M1", "M2") if about == ROLLING else ("M3",)
+        own = f"{contact.name}_{about}"
+        while own in taken:
+            own += "_"
+        taken.add(own)
+        law = Resistance(contact, about, friction=length, name=own)
+        first, second = map(Side, law.bodies)
+        result.append(
+            Contact(
+                own, pair.name, first, second, length, length, 0, "newton", None, contact.upright,
+                f"N_{own}", tuple(f"{letter}_{contact.name}" for letter in letters), law, presser=contact.name,
+            )
+        )  # fmt: skip
+    return result
