@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from time import process_time
 
@@ -331,8 +332,12 @@ def test_meshes_are_read(tmp_path, name):
         path.write_text("solid cube\n" + "\n".join(corners) + "\nendsolid")
     s = read(tmp_path, '<link name="w"/>', mesh_link(f"meshes/{name}", 'scale="1 2 1"'), joint("j", "w", "a"))
     shape = s.bodies["a"].mass_properties.shape
-    assert shape.kind == "mesh" and shape["vertices"].shape == (8, 3) and shape["faces"].shape == (12, 3)
-    assert shape["vertices"].max(axis=0) == pytest.approx([1, 2, 1])
+    assert (
+        shape.kind == "mesh"
+        and shape["surface"].vertices.shape == (8, 3)
+        and shape["surface"].faces.shape == (12, 3)
+    )
+    assert shape["surface"].vertices.max(axis=0) == pytest.approx([1, 2, 1])
     assert not any("mesh" in note.what for note in s.reading.notes)
     plain = read(
         tmp_path, '<link name="w"/>', mesh_link(f"meshes/{name}"), joint("j", "w", "a"), meshes=False
@@ -431,10 +436,29 @@ def test_a_mesh_that_cannot_be_read_is_left_out_and_said(tmp_path, name, content
     (tmp_path / "secret.bin").write_bytes(bytes(36))
     begin = process_time()
     s = read(tmp_path, '<link name="w"/>', mesh_link(name), joint("j", "w", "a"))
-    assert process_time() - begin < 10
-    assert s.bodies["a"].mass_properties.shape is None
     (note,) = [note for note in s.reading.notes if "mesh" in note.what]
-    assert words in note.detail, note
+    shape = s.bodies["a"].mass_properties.shape
+    assert shape is None or not len(shape["surface"].faces)
+    assert words in note.detail and process_time() - begin < 10, note
+    assert fb.draw(s).svg.startswith("<svg")
+
+
+def test_meshes_are_read_when_they_are_drawn(tmp_path, monkeypatch):
+    from freebody.formats import meshes
+
+    read_now = []
+    monkeypatch.setitem(meshes.OWN, ".obj", lambda data: read_now.append(len(data)) or meshes._obj(data))
+    (tmp_path / "cube.obj").write_text(obj())
+    pair = mesh_link("cube.obj"), mesh_link("cube.obj", 'scale="1 1 -1"').replace('"a"', '"b"')
+    s = read(tmp_path, '<link name="w"/>', *pair, joint("j", "w", "a"), joint("k", "a", "b"))
+    assert not read_now
+    shape = pickle.loads(pickle.dumps(s.bodies["b"].mass_properties.shape))
+    assert shape["surface"].vertices[:, 2].min() == -1 and not shape["surface"].vertices.flags.writeable
+    assert len(fb.draw(s).svg) > 1000 and len(read_now) == 1
+    assert not any("mesh" in note.what for note in s.reading.notes)
+    late = read(tmp_path, '<link name="w"/>', *pair, joint("j", "w", "a"), joint("k", "a", "b"))
+    (tmp_path / "cube.obj").unlink()
+    assert str(late.reading).count("cannot read it: No such file") == 2
 
 
 # -- what is refused ------------------------------------------------------------------------------------
