@@ -13,15 +13,19 @@ Source: chapter 6, section 6.5.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
 from ...dynamics.kinematics import rotation, velocities
+from ...dynamics.state import State
 from ...errors import ModelError, TooManyTermsError
+from ...model.model import Model
 from ...scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, dot
 from ..derivation.derivation import Derivation
+from ..derivation.random_place import PRIME, NoRootError, Place, Placed
 from ..printing.display import equation_latex, equation_text, text
 from ..printing.show import latex_words
 from ..printing.systems import Row, collect, eliminate
@@ -74,7 +78,22 @@ def normal_of(e: Derivation) -> int | None:
 
 
 def _find_plane(e: Derivation) -> Plane | str:
-    model, state = e.model, e.state
+    # a motion in space is seen in numbers; only one in a plane needs the proof that polynomials are zero
+    with suppress(NoRootError):
+        found = _normals(e.model, Placed(e.state, Place(e, 0, PRIME)))
+        if all(found.values()):
+            return next(iter(found.values()))
+    reason = ""
+    for k, across in _normals(e.model, e.state).items():
+        plane: Plane | str = across or _plane_with_normal(e, k)
+        if isinstance(plane, Plane):
+            return plane
+        reason = reason or plane
+    return reason
+
+
+def _normals(model: Model, state: State) -> dict[int, str]:
+    """Return the ground axes about which alone bodies turn, and why some are not at right angles to all motion."""
     angular_velocities, velocities_of_centres = [], []
     for name, place in model.bodies.items():
         w, v = velocities(model, state)[place.link]
@@ -86,18 +105,15 @@ def _find_plane(e: Derivation) -> Plane | str:
     if len(axes) > 1:
         first, second = (next(name for name, w in angular_velocities if w[k] != 0) for k in sorted(axes)[:2])
         turning = f"'{first}' turns" if first == second else f"'{first}' and '{second}' turn"
-        return f"{turning} about the ground axes {' and '.join(LETTERS[k] for k in sorted(axes)[:2])}"
-    reason = ""
-    for k in sorted(axes) or (2, 1, 0):
-        across = [name for name, v in velocities_of_centres if v[k] != 0]
-        if across:
-            reason = reason or f"'{across[0]}' moves along the ground axis {LETTERS[k]}"
-            continue
-        plane = _plane_with_normal(e, k)
-        if isinstance(plane, Plane):
-            return plane
-        reason = reason or plane
-    return reason
+        text = f"{turning} about the ground axes {' and '.join(LETTERS[k] for k in sorted(axes)[:2])}"
+        return dict.fromkeys(axes, text)
+    return {
+        k: next(
+            (f"'{name}' moves along the ground axis {LETTERS[k]}" for name, v in velocities_of_centres if v[k] != 0),
+            "",
+        )
+        for k in sorted(axes) or (2, 1, 0)
+    }
 
 
 def _plane_with_normal(e: Derivation, k: int) -> Plane | str:
