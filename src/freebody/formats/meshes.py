@@ -117,13 +117,13 @@ def check(path: Path) -> None:
         raise FormatError(f"expected at most {LARGEST} bytes, got {size}")
     if kind not in (*OWN, *OTHERS):
         raise FormatError(f"expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got {kind or 'no suffix'}")
-    missing = [name for name in OTHERS.get(kind, ()) if find_spec(name) is None]
-    if missing:
-        raise FormatError(f"{kind} needs {' and '.join(missing)}: pip install 'freebody[mesh]'")
+    library = OTHERS[kind][0] if kind in OTHERS else ""
+    if library and find_spec(library) is None:
+        raise FormatError(f"{kind} needs {library}: pip install 'freebody[mesh]'")
 
 
 def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, and what trimesh reads."""
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, DAE, and what trimesh reads."""
     kind = path.suffix.lower()
     try:
         check(path)
@@ -132,14 +132,39 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise FormatError(f"cannot read it: {error.strerror}") from None
     if kind in OWN:
         return OWN[kind](data)
+    library, read = OTHERS[kind]
+    try:
+        return read(BytesIO(data), kind)  # of its bytes: so it opens none of the files that it names
+    except Exception as error:  # each of these readers has errors of its own
+        raise FormatError(f"{library} cannot read it ({type(error).__name__}: {error})") from None
+
+
+def _dae(file: BytesIO, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of the scene of a COLLADA file, in metres; the axis that it has upward changes nothing."""
+    import collada
+
+    document = collada.Collada(file, ignore=[collada.common.DaeError])
+    vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), int)], 0
+    for geometry in document.scene.objects("geometry"):
+        for part in geometry.primitives():
+            if hasattr(part, "triangleset"):  # polygons
+                part = part.triangleset()
+            if len(part.vertex_index) and part.vertex_index.shape[1:] == (3,):  # others are lines
+                faces.append(count + triangles_of(part.vertex_index, len(part.vertex), "COLLADA"))
+                vertices.append(part.vertex)
+                count += len(part.vertex)
+    points = np.concatenate(vertices) * float(document.assetInfo.unitmeter or 1)
+    if not np.isfinite(points).all():
+        raise FormatError("expected finite vertices")
+    return points, np.concatenate(faces)
+
+
+def _by_trimesh(file: BytesIO, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of a file that trimesh reads."""
     import trimesh
 
-    try:
-        # of its bytes: so it opens none of the files that it names
-        mesh = trimesh.load(BytesIO(data), file_type=kind[1:], force="mesh", process=False)
-        return np.array(mesh.vertices, float), np.array(mesh.faces, int)
-    except Exception as error:  # each of its readers has errors of its own
-        raise FormatError(f"trimesh cannot read it ({type(error).__name__}: {error})") from None
+    mesh = trimesh.load(file, file_type=kind[1:], force="mesh")
+    return np.array(mesh.vertices, float), np.array(mesh.faces, int)
 
 
 def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
@@ -219,8 +244,11 @@ def _numbers(rows: list[list[str]]) -> np.ndarray:
 
 OWN = {".stl": _stl, ".obj": _obj, ".msh": _msh}
 """Readers of this module, by the ending of a file."""
-OTHERS = {".dae": ("trimesh", "collada"), **dict.fromkeys((".ply", ".glb", ".gltf", ".off"), ("trimesh",))}
-"""Packages that read other files."""
+OTHERS = {
+    ".dae": ("collada", _dae),
+    **dict.fromkeys((".ply", ".glb", ".gltf", ".off"), ("trimesh", _by_trimesh)),
+}
+"""Packages that read other files, and the readers that ask them."""
 
 
 def coarse(vertices: np.ndarray, faces: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray]:

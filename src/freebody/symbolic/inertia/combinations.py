@@ -35,7 +35,7 @@ from ...errors import ModelError
 from ...model.model import GROUND, Model
 from ...scalar.algebra import IDENTITY, divide, dot, multiply, transpose
 from ..derivation.canonical_model import CanonicalModel
-from ..derivation.random_place import NoRootError, Place, Placed
+from .random_place import NoRootError, Place, Placed
 
 FIRST = 2**61
 """Primes are the next ones below."""

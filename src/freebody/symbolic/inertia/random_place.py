@@ -17,10 +17,8 @@ from ...errors import ModelError
 from ...scalar.algebra import Matrix, Scalar, Vector, divide
 from ...scalar.polynomial import Ring
 from ...space.spatial import Spatial
-from .canonical_model import CanonicalModel
+from ..derivation.canonical_model import CanonicalModel
 
-PRIME = 2**61 - 1
-"""Where a polynomial is not zero modulo this prime, it is not zero; where it is, it almost surely is."""
 SMALL = (0, 0, 0, 1, -1, 2, -2, Fraction(1, 2), Fraction(-1, 3))
 """Random numbers beside symbols: results are short if many of these are zero."""
 

@@ -6,7 +6,7 @@ import pytest
 
 import freebody as fb
 from freebody.symbolic.derivation.canonical_model import CanonicalModel
-from freebody.symbolic.derivation.random_place import NoRootError, Place
+from freebody.symbolic.inertia.random_place import NoRootError, Place
 
 BALL = fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
 
