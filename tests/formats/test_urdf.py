@@ -485,6 +485,11 @@ def test_meshes_are_read_when_they_are_drawn(tmp_path, monkeypatch):
     assert str(late.reading).count("cannot read it: No such file") == 2
 
 
+def test_a_robot_is_drawn_in_the_pose_of_its_file(tmp_path):
+    s = read(tmp_path, '<link name="w"/>', bar("a"), bar("b"), joint("j", "w", "a"), joint("k", "a", "b"))
+    assert fb.draw(s).svg == fb.draw(s, at={"j": 0, "k": 0}).svg != fb.draw(s, at={"j": 1}).svg
+
+
 # -- what is refused ------------------------------------------------------------------------------------
 
 BODY = [bar("a"), bar("b")]
