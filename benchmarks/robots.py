@@ -6,21 +6,26 @@ relative to their largest entries. Joints that mimic others follow by the rates 
 Forward dynamics a is compared by the residual M a + h of Pinocchio's M and h, relative to |M| |a| + |h|, which does
 not depend on the condition of M. Pinocchio has no dampers and springs: what ours do is added to its h.
 
+Each robot of a URDF file is drawn with its meshes, and falls for a second on a page.
+
 The files come with packages such as example-robot-data (``pip install '.[robots]'``); none is part of this repository.
 """
 
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .tables import NOT_INSTALLED, module, show, time_text
 
 STATES = 3
+LENGTH = 1
+"""Length of the motion on a page [s]."""
 SHOWN = 12
 """Number of files in the table: those with the largest differences."""
 
@@ -135,9 +140,71 @@ def compared(path: Path, base: str) -> tuple[str, Any]:
     return "compared", np.max(found, axis=0)
 
 
+class Pictures(NamedTuple):
+    """Processor time of reading, of the drawing, of the motion and of the page [s], with their sizes [bytes]."""
+
+    read: float
+    drawing: float
+    drawing_size: int
+    motion: float
+    page: float
+    page_size: int
+
+
+def pictures(path: Path, folder: Path) -> Pictures | str:
+    """Return how long a robot's drawing and page take, which are written into a folder; or what was refused."""
+    import freebody as fb
+    from freebody.errors import FreebodyError
+
+    now, clock = time.process_time, [time.process_time()]
+    try:
+        system = fb.read(path, symbols="none")
+        clock.append(now())
+        drawing = folder / f"{path.stem}.svg"
+        fb.draw(system).save(drawing)
+        clock.append(now())
+        motion = fb.simulate(system, LENGTH)
+        clock.append(now())
+        page = fb.report(system, motion, folder / f"{path.stem}.html")
+    except FreebodyError as error:
+        return str(error)
+    clock.append(now())
+    read, drawn, moved, paged = np.diff(clock).tolist()
+    return Pictures(read, drawn, drawing.stat().st_size, moved, paged, page.stat().st_size)
+
+
+def table_of_pictures(paths: list[Path]) -> None:
+    """Print drawings and pages: the largest, and all messages."""
+    found: dict[Path, Pictures | str] = {}
+    for path in paths:
+        with tempfile.TemporaryDirectory() as folder:
+            found[path] = pictures(path, Path(folder))
+    good = [(path, one) for path, one in found.items() if isinstance(one, Pictures)]
+    good.sort(key=lambda row: -row[1].page_size)
+    show(
+        f"Drawings and pages of {len(good)} URDF files, {LENGTH} s of falling",
+        ["file", "read", "drawing", "", "motion", "page", ""],
+        [
+            [path.name, time_text(one.read), time_text(one.drawing), f"{one.drawing_size / 1000:.0f} kB",
+             time_text(one.motion), time_text(one.page), f"{one.page_size / 10**6:.1f} MB"]
+            for path, one in good[:SHOWN]
+        ],
+        [
+            "Longest: " + ", ".join(
+                f"{name} {time_text(getattr(one, name))} ({path.name})"
+                for name in ("read", "drawing", "motion", "page")
+                for path, one in [max(good, key=lambda row: getattr(row[1], name))]
+            )
+        ]
+        + [f"{path.name}: {one}" for path, one in found.items() if isinstance(one, str)],
+    )  # fmt: skip
+
+
 def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
-    """Print the table of MJCF, and that of URDF with each base."""
+    """Print the table of pictures, that of MJCF, and that of URDF with each base."""
     del repeats, limit
+    chosen = files()[:: 10 if quick else 1]
+    table_of_pictures(chosen)
     if module("mujoco") is None:
         print(f"robots: MuJoCo is {NOT_INSTALLED}")
     else:
@@ -150,7 +217,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     for base in ("fixed", "free"):
         outcomes: dict[str, list[tuple[Path, Any]]] = {}
         begin = time.perf_counter()
-        for path in files()[:: 10 if quick else 1]:
+        for path in chosen:
             outcome, found = compared(path, base)
             outcomes.setdefault(outcome, []).append((path, found))
         rows = sorted(outcomes.get("compared", []), key=lambda row: -max(row[1]))

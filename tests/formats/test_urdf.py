@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from time import process_time
 
@@ -331,8 +332,12 @@ def test_meshes_are_read(tmp_path, name):
         path.write_text("solid cube\n" + "\n".join(corners) + "\nendsolid")
     s = read(tmp_path, '<link name="w"/>', mesh_link(f"meshes/{name}", 'scale="1 2 1"'), joint("j", "w", "a"))
     shape = s.bodies["a"].mass_properties.shape
-    assert shape.kind == "mesh" and shape["vertices"].shape == (8, 3) and shape["faces"].shape == (12, 3)
-    assert shape["vertices"].max(axis=0) == pytest.approx([1, 2, 1])
+    assert (
+        shape.kind == "mesh"
+        and shape["surface"].vertices.shape == (8, 3)
+        and shape["surface"].faces.shape == (12, 3)
+    )
+    assert shape["surface"].vertices.max(axis=0) == pytest.approx([1, 2, 1])
     assert not any("mesh" in note.what for note in s.reading.notes)
     plain = read(
         tmp_path, '<link name="w"/>', mesh_link(f"meshes/{name}"), joint("j", "w", "a"), meshes=False
@@ -410,11 +415,11 @@ LAUGHS = (
         ("many.ply", PLY.format("binary_little_endian").encode(), "trimesh cannot read it"),
         ("ascii.ply", PLY.format("ascii").encode() + b"0 0 0\n", "triangles with an area"),
         ("many.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "trimesh cannot read it"),
-        ("laughs.dae", LAUGHS, "trimesh cannot read it"),
+        ("laughs.dae", LAUGHS, "collada cannot read it"),
         (
             "entity.dae",
             b'<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><COLLADA>&x;</COLLADA>',
-            "trimesh cannot",
+            "collada cannot",
         ),
         ("other.gltf", GLTF, "trimesh cannot read it"),
         ("package://arm/../../../../../../../etc/passwd", None, "no such file"),
@@ -425,16 +430,64 @@ LAUGHS = (
 )
 def test_a_mesh_that_cannot_be_read_is_left_out_and_said(tmp_path, name, content, words):
     if name.endswith((".dae", ".ply", ".off", ".gltf")):
-        pytest.importorskip("trimesh")
+        pytest.importorskip("collada" if name.endswith(".dae") else "trimesh")
     if content is not None:
         (tmp_path / name).write_bytes(content)
     (tmp_path / "secret.bin").write_bytes(bytes(36))
     begin = process_time()
     s = read(tmp_path, '<link name="w"/>', mesh_link(name), joint("j", "w", "a"))
-    assert process_time() - begin < 10
-    assert s.bodies["a"].mass_properties.shape is None
     (note,) = [note for note in s.reading.notes if "mesh" in note.what]
-    assert words in note.detail, note
+    shape = s.bodies["a"].mass_properties.shape
+    assert shape is None or not len(shape["surface"].faces)
+    assert words in note.detail and process_time() - begin < 10, note
+    assert fb.draw(s).svg.startswith("<svg")
+
+
+COLLADA = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+<technique_common><accessor source="#a" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
+</source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3</p></triangles>
+<polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4</vcount><p>0 3 2 1</p></polylist>
+<lines count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1</p></lines>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><translate>0 0 5</translate><instance_geometry url="#g"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_a_collada_file_has_its_scene_in_metres(tmp_path):
+    pytest.importorskip("collada")
+    from freebody.formats.meshes import surface
+
+    (tmp_path / "a.dae").write_text(COLLADA)
+    vertices, faces = surface(tmp_path / "a.dae")
+    assert vertices.max(axis=0) == pytest.approx([0.01, 0.01, 0.06]) and len(faces) == 4
+
+
+def test_meshes_are_read_when_they_are_drawn(tmp_path, monkeypatch):
+    from freebody.formats import meshes
+
+    read_now = []
+    monkeypatch.setitem(meshes.OWN, ".obj", lambda data: read_now.append(len(data)) or meshes._obj(data))
+    (tmp_path / "cube.obj").write_text(obj())
+    pair = mesh_link("cube.obj"), mesh_link("cube.obj", 'scale="1 1 -1"').replace('"a"', '"b"')
+    s = read(tmp_path, '<link name="w"/>', *pair, joint("j", "w", "a"), joint("k", "a", "b"))
+    assert not read_now
+    shape = pickle.loads(pickle.dumps(s.bodies["b"].mass_properties.shape))
+    assert shape["surface"].vertices[:, 2].min() == -1 and not shape["surface"].vertices.flags.writeable
+    assert len(fb.draw(s).svg) > 1000 and len(read_now) == 1
+    assert not any("mesh" in note.what for note in s.reading.notes)
+    late = read(tmp_path, '<link name="w"/>', *pair, joint("j", "w", "a"), joint("k", "a", "b"))
+    (tmp_path / "cube.obj").unlink()
+    assert str(late.reading).count("cannot read it: No such file") == 2
+
+
+def test_a_robot_is_drawn_in_the_pose_of_its_file(tmp_path):
+    s = read(tmp_path, '<link name="w"/>', bar("a"), bar("b"), joint("j", "w", "a"), joint("k", "a", "b"))
+    assert fb.draw(s).svg == fb.draw(s, at={"j": 0, "k": 0}).svg != fb.draw(s, at={"j": 1}).svg
 
 
 # -- what is refused ------------------------------------------------------------------------------------

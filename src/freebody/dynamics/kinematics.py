@@ -129,13 +129,15 @@ def link_postures(model: Model, state: State) -> list[Posture]:
 
 def poses(model: Model, state: State) -> dict[str, Posture]:
     """Return the pose of every body's frame in the ground."""
-    links = link_postures(model, state)
-    result = {}
-    for name, place in model.bodies.items():
-        link = links[place.link]
-        shift = apply(link.rotation, state.vector(place.origin))
-        result[name] = Posture(link.rotation, add(link.position, shift))
-    return result
+    if "poses" not in state.cache:
+        links = link_postures(model, state)
+        result = {}
+        for name, place in model.bodies.items():
+            link = links[place.link]
+            shift = apply(link.rotation, state.vector(place.origin))
+            result[name] = Posture(link.rotation, add(link.position, shift))
+        state.cache["poses"] = result
+    return state.cache["poses"]
 
 
 def rotation(model: Model, state: State, link: int) -> Matrix:

@@ -5,16 +5,20 @@ A mesh here is only seen: it may be open, or of many pieces. Masses come from `s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
+from importlib.util import find_spec
 from io import BytesIO
 from os import environ, pathsep
+from os.path import isfile, join
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import FormatError
-from ..space.shape import Shape
+from ..space.shape import Shape, Surface
+from .reading import Reading
 
 LARGEST = 200_000_000
 """Greatest size of a mesh file, in bytes."""
@@ -29,13 +33,15 @@ class Meshes:
 
     ``package://NAME/PATH`` is looked for in a folder NAME beside the file or beside one of the folders above it, and
     in those of ``ROS_PACKAGE_PATH``; any other name is a path from the file's folder. Nothing else is opened.
+
+    A mesh that is only shown is read when it is first drawn, or when ``reading`` is asked for what was left out.
     """
 
-    def __init__(self, file: Path) -> None:
-        self.folder = file.resolve().parent
+    def __init__(self, file: Path, reading: Reading) -> None:
+        self.folder, self.reading = file.resolve().parent, reading
         self.subfolder = ""  # where meshes are that are named by a path
-        self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
         self.surfaces: dict[Path, tuple[np.ndarray, np.ndarray]] = {}
+        self.shown: dict[Path, tuple[np.ndarray, np.ndarray]] = {}
 
     @cached_property
     def roots(self) -> list[Path]:
@@ -48,26 +54,32 @@ class Meshes:
         """Folders of which files are read: not the top of the file system nor those in it, such as /dev and /home."""
         return [root for root in map(Path.resolve, self.roots) if len(root.parts) > 2] or [self.folder]
 
-    def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
-        """Return the mesh as a shape.
+    def shape(self, name: str, put: Callable[[Any], Any], unread: Callable[[str], None]) -> Shape:
+        """Return the mesh as a shape, of at most :data:`MOST` triangles. They are found later.
+
+        ``put`` gives the vertices in the shape's axes, and ``unread`` is told what is wrong with the file's content.
 
         Raises
         ------
         FormatError
-            A file that is not found, not allowed, too large or not a mesh.
+            A file that is not found, not allowed or too large, or of another kind.
         """
-        path = self.path(name)
-        if (path, scale) not in self.read:
-            vertices, faces = self.surface(path)
-            if len(faces):
-                vertices, faces = coarse(vertices, faces)
-            if not len(faces):
-                raise FormatError("expected triangles with an area, got none")
-            vertices = vertices * scale
-            vertices.setflags(write=False)
-            faces.setflags(write=False)
-            self.read[path, scale] = Shape("mesh", (("vertices", vertices), ("faces", faces)))
-        return self.read[path, scale]
+        path, known = self.path(name), self.shown
+        check(path)
+
+        def find() -> tuple[np.ndarray, np.ndarray]:
+            try:
+                if path not in known:
+                    known[path] = coarse(*surface(path))
+            except FormatError as error:
+                unread(str(error))
+                return np.zeros((0, 3)), np.zeros((0, 3), int)
+            vertices, faces = known[path]
+            return put(vertices), faces
+
+        found = Surface(find)
+        self.reading.pending.append(found)
+        return Shape("mesh", (("surface", found),))
 
     def surface(self, path: Path) -> tuple[np.ndarray, np.ndarray]:
         """Return vertices and triangles of a file."""
@@ -81,46 +93,78 @@ class Meshes:
         if kind not in ("", "package", "model"):
             raise FormatError(f"expected a path or package://, got {kind}://")
         if mark:
-            candidates = [root / rest for root in self.roots]
-            candidates += [
-                root / rest.partition("/")[2] for root in self.roots
-            ]  # the package is above the file
+            # of the second names the package is above the file
+            candidates = (join(root, end) for end in (rest, rest.partition("/")[2]) for root in self.roots)
         else:
-            candidates = [folder / name] if folder else []
-            candidates.append(self.folder / ("" if folder else self.subfolder) / name)
-        for path in candidates:
+            folders = [folder, self.folder] if folder else [self.folder / self.subfolder]
+            candidates = (join(one, name) for one in folders)
+        for candidate in candidates:
             try:
-                path = path.resolve()
-                if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
+                if not isfile(candidate):
+                    continue
+                path = Path(candidate).resolve()
+                if any(path.is_relative_to(root) for root in self.allowed):
                     return path
             except (OSError, ValueError):  # a name that no file can have
                 continue
         raise FormatError("no such file near the robot's file")
 
 
-def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, and what trimesh reads."""
-    if path.stat().st_size > LARGEST:
-        raise FormatError(f"expected at most {LARGEST} bytes, got {path.stat().st_size}")
-    kind = path.suffix.lower()
-    if kind == ".stl":
-        return _stl(path.read_bytes())
-    if kind == ".obj":
-        return _obj(path.read_text(errors="replace"))
-    if kind == ".msh":
-        return _msh(path.read_bytes())
-    if kind not in (".dae", ".ply", ".glb", ".gltf", ".off"):
+def check(path: Path) -> None:
+    """Raise FormatError for a file that is too large, or of a kind that is not read."""
+    size, kind = path.stat().st_size, path.suffix.lower()
+    if size > LARGEST:
+        raise FormatError(f"expected at most {LARGEST} bytes, got {size}")
+    if kind not in (*OWN, *OTHERS):
         raise FormatError(f"expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got {kind or 'no suffix'}")
+    library = OTHERS[kind][0] if kind in OTHERS else ""
+    if library and find_spec(library) is None:
+        raise FormatError(f"{kind} needs {library}: pip install 'freebody[mesh]'")
+
+
+def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, DAE, and what trimesh reads."""
+    kind = path.suffix.lower()
     try:
-        import trimesh
-    except ImportError:
-        raise FormatError(f"{kind} needs trimesh: pip install 'freebody[mesh]'") from None
+        check(path)
+        data = path.read_bytes()
+    except OSError as error:  # it was there when its name was read
+        raise FormatError(f"cannot read it: {error.strerror}") from None
+    if kind in OWN:
+        return OWN[kind](data)
+    library, read = OTHERS[kind]
     try:
-        # of its bytes: so it opens none of the files that it names
-        mesh = trimesh.load(BytesIO(path.read_bytes()), file_type=kind[1:], force="mesh")
-        return np.array(mesh.vertices, float), np.array(mesh.faces, int)
-    except Exception as error:  # each of its readers has errors of its own
-        raise FormatError(f"trimesh cannot read it ({type(error).__name__}: {error})") from None
+        return read(BytesIO(data), kind)  # of its bytes: so it opens none of the files that it names
+    except Exception as error:  # each of these readers has errors of its own
+        raise FormatError(f"{library} cannot read it ({type(error).__name__}: {error})") from None
+
+
+def _dae(file: BytesIO, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of the scene of a COLLADA file, in metres; the axis that it has upward changes nothing."""
+    import collada
+
+    document = collada.Collada(file, ignore=[collada.common.DaeError])
+    vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), int)], 0
+    for geometry in document.scene.objects("geometry"):
+        for part in geometry.primitives():
+            if hasattr(part, "triangleset"):  # polygons
+                part = part.triangleset()
+            if len(part.vertex_index) and part.vertex_index.shape[1:] == (3,):  # others are lines
+                faces.append(count + triangles_of(part.vertex_index, len(part.vertex), "COLLADA"))
+                vertices.append(part.vertex)
+                count += len(part.vertex)
+    points = np.concatenate(vertices) * float(document.assetInfo.unitmeter or 1)
+    if not np.isfinite(points).all():
+        raise FormatError("expected finite vertices")
+    return points, np.concatenate(faces)
+
+
+def _by_trimesh(file: BytesIO, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of a file that trimesh reads."""
+    import trimesh
+
+    mesh = trimesh.load(file, file_type=kind[1:], force="mesh")
+    return np.array(mesh.vertices, float), np.array(mesh.faces, int)
 
 
 def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
@@ -143,8 +187,9 @@ def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     return corners, np.arange(len(corners)).reshape(-1, 3)
 
 
-def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
+def _obj(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles of an OBJ file; polygons are fans."""
+    text = data.decode(errors="replace")
     vertices: list[list[str]] = []
     faces: list[tuple[int, int, int]] = []
     for line in text.splitlines():
@@ -197,16 +242,30 @@ def _numbers(rows: list[list[str]]) -> np.ndarray:
     return points
 
 
+OWN = {".stl": _stl, ".obj": _obj, ".msh": _msh}
+"""Readers of this module, by the ending of a file."""
+OTHERS = {
+    ".dae": ("collada", _dae),
+    **dict.fromkeys((".ply", ".glb", ".gltf", ".off"), ("trimesh", _by_trimesh)),
+}
+"""Packages that read other files, and the readers that ask them."""
+
+
 def coarse(vertices: np.ndarray, faces: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray]:
     """Return a mesh of at most ``most`` triangles: the vertices in each cell of a grid become their mean.
 
     Source: J. Rossignac, P. Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993).
     """
-    vertices, faces = _merged(vertices, faces, FINEST)  # vertices of the same place are one
     points, triangles, cells = vertices, faces, COARSE
+    if len(triangles):
+        points, triangles = vertices, faces = _merged(
+            vertices, faces, FINEST
+        )  # vertices of the same place are one
     while len(triangles) > most:
         points, triangles = _merged(vertices, faces, cells)
         cells = min(cells - 1, int(cells * (most / len(triangles)) ** 0.5))  # the triangles are as cells²
+    if not len(triangles):
+        raise FormatError("expected triangles with an area, got none")
     return points, triangles
 
 

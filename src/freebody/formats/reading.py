@@ -6,6 +6,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from ..space.shape import Surface
+
 CHANGED, LEFT_OUT = "changed", "left out"
 SHOWN = 3
 """Number of elements that the text of a report names for each rule."""
@@ -48,7 +50,7 @@ class Reading:
     counts : dict of str to int
         Number of elements that were read, by tag.
     notes : list of Note
-        What was changed or left out.
+        What was changed or left out; meshes that were not drawn yet are read for it.
     names : dict of str to str
         The file's name of each link and joint whose name in the system is another.
     frames : dict of str to (Point, 3 x 3)
@@ -68,7 +70,6 @@ class Reading:
 
     file: str
     counts: Counter[str] = field(default_factory=Counter)
-    notes: list[Note] = field(default_factory=list)
     names: dict[str, str] = field(default_factory=dict)
     frames: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     limits: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -77,20 +78,29 @@ class Reading:
     initial: dict[str, float] = field(default_factory=dict)
     keyframes: dict[str, dict[str, float]] = field(default_factory=dict)
     right_angles: int = field(default=0, repr=False)
+    pending: list[Surface] = field(default_factory=list, repr=False)
+    _notes: list[Note] = field(default_factory=list, repr=False)
+
+    @property
+    def notes(self) -> list[Note]:
+        """What was changed or left out."""
+        while self.pending:
+            self.pending.pop(0).arrays  # noqa: B018 - it notes what is wrong with its file
+        return self._notes
 
     def changed(self, element: str, line: int, what: str, detail: str = "") -> None:
         """Note something that was read differently from how it is written."""
-        self.notes.append(Note(CHANGED, element, line, what, detail))
+        self._notes.append(Note(CHANGED, element, line, what, detail))
 
     def left_out(self, element: str, line: int, what: str, detail: str = "") -> None:
         """Note something that was not read."""
-        self.notes.append(Note(LEFT_OUT, element, line, what, detail))
+        self._notes.append(Note(LEFT_OUT, element, line, what, detail))
 
     def __str__(self) -> str:
         read = ", ".join(f"{count} {plural(tag, count)}" for tag, count in sorted(self.counts.items()))
         lines = [f"Read from {self.file}: {read}."]
         rules: dict[tuple[str, str], list[Note]] = {}
-        for note in self.notes:
+        for note in sorted(self.notes, key=lambda note: note.line):
             rules.setdefault((note.kind, note.what), []).append(note)
         for (kind, what), notes in sorted(rules.items()):
             shown = "; ".join(

@@ -132,6 +132,7 @@ def assemble(system: System) -> Model:
             name: (point.body.name, point.components)
             for name, (point, _) in (system.reading.frames if system.reading else {}).items()
         },
+        pose=dict(system.reading.initial) if system.reading else None,
         scenery=system.scenery,
         described=(system, changes_of(system).count),
     )

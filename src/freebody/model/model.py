@@ -69,6 +69,9 @@ class Model:
     frames: Mapping[str, tuple[str, Vector]] = field(default_factory=dict)
     """Body and place of the frames that a robot's file names."""
 
+    pose: Mapping[str, float] | None = None
+    """Coordinates, where they are not zero, in the pose in which a robot's file has it; None of another machine."""
+
     scenery: Any = None
     """Shape fixed in the ground that is only drawn, or None."""
 

@@ -18,7 +18,7 @@ from ..errors import FormatError, MassError
 from ..scalar.algebra import Expression
 from .entries import exact_number, reciprocal, value_of
 from .mass import MassProperties
-from .shape import Shape
+from .shape import Shape, surface
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,7 +100,7 @@ def mesh(
     rho = exact_number(density, "the density") if density is not None else None
     m = exact_number(mass, "the mass") if rho is None else rho * exact_number(volume)
     ratio = m * reciprocal(exact_number(volume)) if rho is None else rho
-    shape = Shape("mesh", (("vertices", _frozen(points)), ("faces", _frozen(triangles))))
+    shape = Shape("mesh", (("surface", surface(points, triangles)),))
     inertia = [[exact_number(float(unit[i, j])) * ratio for j in range(3)] for i in range(3)]
     positive = tuple(x for x in (mass, density) if x is not None)
     return MassProperties(m, tuple(float(x) for x in center), inertia, shape, positive)  # type: ignore[arg-type]
@@ -234,8 +234,3 @@ def _read(path: str) -> tuple[Any, Any]:
     if not len(faces):
         raise FormatError(f"Expected a triangle mesh in '{path}', got a file without triangles.")
     return vertices, faces
-
-
-def _frozen(array: np.ndarray) -> np.ndarray:
-    array.flags.writeable = False
-    return array

@@ -4,9 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, multiply
+
+
+class Surface:
+    """The triangles of a mesh, found when they are first asked for: reading a robot does not wait for its pictures."""
+
+    def __init__(self, find: Callable[[], tuple[Any, Any]]) -> None:
+        self._find = find
+
+    @cached_property
+    def arrays(self) -> tuple[Any, Any]:
+        """Vertices (n, 3) [m], and triangles (k, 3): numbers of vertices. Neither can be written to."""
+        arrays = self._find()
+        for array in arrays:
+            array.setflags(write=False)
+        return arrays
+
+    @property
+    def vertices(self) -> Any:
+        """Points, shape (n, 3) [m]."""
+        return self.arrays[0]
+
+    @property
+    def faces(self) -> Any:
+        """Corners of triangles, counter-clockwise seen from outside, shape (k, 3)."""
+        return self.arrays[1]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return surface, self.arrays
+
+
+def surface(vertices: Any, faces: Any) -> Surface:
+    """Return a surface whose triangles are known."""
+    made = Surface(lambda: (vertices, faces))
+    made.arrays  # noqa: B018 - so that nobody writes to them
+    return made
 
 
 @dataclass(frozen=True)
@@ -20,7 +56,7 @@ class Shape:
         ``plate``, ``sphere``, ``spherical_shell``, ``ellipsoid``, ``torus``, ``revolved``, ``mesh``
         or ``compound``.
     dimensions : tuple of (name, value)
-        [m]; ``mesh`` holds its arrays ``vertices`` and ``faces`` here, ``revolved`` its profile.
+        [m]; ``mesh`` holds its ``surface`` (:class:`Surface`) here, ``revolved`` its profile.
     axis : 3-tuple
         Symmetry axis (or normal) in the shape's axes, not always of unit length.
     center : 3-tuple

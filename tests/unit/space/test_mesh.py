@@ -93,13 +93,13 @@ def test_repeated_vertices_are_one():
 def test_scale_and_flip():
     found = mesh(CORNERS * 1000, BOX[:, ::-1], mass=12, scale=0.001, flip=True)
     assert np.array(found.inertia, float) == pytest.approx(np.diag([13, 10, 5]), abs=1e-14)
-    assert found.shape["faces"].tolist() == BOX.tolist()
+    assert found.shape["surface"].faces.tolist() == BOX.tolist()
 
 
 def test_shape_is_kept_for_drawing():
     shape = mesh(CORNERS, BOX, mass=1).moved((1, 0, 0)).shape
     assert shape.kind == "mesh" and shape.center == (1, 0, 0)
-    assert shape["vertices"].shape == (8, 3) and not shape["vertices"].flags.writeable
+    assert shape["surface"].vertices.shape == (8, 3) and not shape["surface"].vertices.flags.writeable
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".off"])

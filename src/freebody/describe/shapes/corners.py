@@ -112,5 +112,7 @@ def vertices_of(body: Frame, what: str) -> tuple[Any, ...]:
             f"own; this one is {'no mesh' if shape is None else f'a {shape.kind}'}."
         )
     return tuple(
-        dict.fromkeys(add(shape.center, apply(shape.axes, tuple(v))) for v in shape["vertices"].tolist())
+        dict.fromkeys(
+            add(shape.center, apply(shape.axes, tuple(v))) for v in shape["surface"].vertices.tolist()
+        )
     )

@@ -69,6 +69,7 @@ class Body:
     color: str = ""
     mocap: bool = False
     number: int = 0  # in the order of the file
+    massive: bool = False  # by its geoms
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,8 @@ class Bodies:
                 case "geom":
                     full = self.document.full(child, place.childclass)
                     self._known(full)
-                    place.body.geoms.append(self._placed(self.geoms.geom(full), place.pose, place.body))
+                    geom = self.geoms.geom(full, place.body.name, place.body.massive)
+                    place.body.geoms.append(self._placed(geom, place.pose, place.body))
                 case "site":
                     name = self._name(child, "site", f"site{len(self.names['site']) + 1}")
                     full = self.document.full(child, place.childclass)
@@ -144,7 +146,9 @@ class Bodies:
         self._known(element)
         own = place.pose @ pose(element, self.document.compiler)
         body = Body(name, element, own, mocap=element.choice("mocap", ("false", "true"), "false") == "true")
-        body.number = self.count
+        way = self.document.compiler.inertiafromgeom
+        given = way != "true" and any(_inertials(element, Pose(), self.document))
+        body.number, body.massive = self.count, way != "false" and not given
         self.all.append(body)
         childclass = element.attributes.get("childclass", place.childclass)
         self._inside(element, _Place(body, Pose(), childclass))
@@ -286,7 +290,7 @@ class Bodies:
             return self._inertial(*inertials[0])
         low, high = self.document.compiler.inertiagrouprange
         massive = [geom.properties for geom in body.geoms if geom.properties and low <= geom.group <= high]
-        return NOTHING_MASSIVE if way == "false" or not massive else reduce(add, massive)
+        return reduce(add, massive) if body.massive and massive else NOTHING_MASSIVE
 
     def _inertial(self, element: Element, frame: Pose) -> MassProperties:
         """Return the mass properties of an <inertial>."""

@@ -137,7 +137,7 @@ def document(root: Element, file: Path, reading: Reading) -> Document:
     if root.tag != "mujoco":
         cure = ROOTS.get(root.tag, "A model file of freebody ends in .toml")
         raise root.error(f"expected <mujoco> as the root of an MJCF file, got <{root.tag}>. {cure}")
-    meshes = Meshes(file)
+    meshes = Meshes(file, reading)
     result = Document(_Included(meshes, file).expanded(root, file.resolve().parent, 0), meshes)
     for one in result.settings("compiler"):
         result.compiler = result.compiler.updated(one)

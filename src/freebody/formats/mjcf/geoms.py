@@ -73,8 +73,11 @@ class Geoms:
                     raise one.error(f"expected each mesh once, got '{name}' again")
                 self.assets[name] = document.full(one)
 
-    def geom(self, element: Element) -> Geom:
-        """Return the geom of an element that has the attributes of its class."""
+    def geom(self, element: Element, body: str, massive: bool) -> Geom:
+        """Return the geom of an element that has the attributes of its class, in a body.
+
+        Unless it is ``massive``, the body's mass does not come from its geoms, and meshes are only drawn.
+        """
         name = element.attributes.get("name", "")
         if name in self.names:
             raise element.error(f"expected each geom once, got '{name}' again")
@@ -87,7 +90,8 @@ class Geoms:
         group = int(element.number("group", 0))
         where = pose(element, self.document.compiler)
         if kind == "mesh":
-            return self._mesh(element, group, where)
+            low, high = self.document.compiler.inertiagrouprange
+            return self._mesh(element, group, where, body, massive and low <= group <= high)
         if kind not in SIZES or "mesh" in element.attributes:
             problem = (
                 ""
@@ -141,7 +145,7 @@ class Geoms:
             raise element.error(f"expected a mass or density that is not negative, got {mass:g} kg")
         return mass
 
-    def _mesh(self, element: Element, group: int, where: Pose) -> Geom:
+    def _mesh(self, element: Element, group: int, where: Pose, body: str, massive: bool) -> Geom:
         """Return the geom of a mesh: its solid where it is, not about its mass centre."""
         name = element.get("mesh")
         asset = self.assets.get(name)
@@ -151,27 +155,27 @@ class Geoms:
         problem = ""
         massless = element.number("density", DENSITY) == 0 or element.number("mass", 1) == 0
         try:
-            if not massless:
+            if massive and not massless:
                 solid = self.solid(name, asset)
                 mass = self._mass(element, solid.volume)
                 inertia: Any = tuple(tuple(mass / solid.volume * x for x in row) for row in solid.inertia)
                 own = placed(MassProperties.as_given(mass, solid.center, inertia, possible=False), where)
         except FormatError as error:
             problem = f"{name}: {error}"
-        if self.drawn and group < SHOWN_GROUPS and "file" in asset.attributes:
-            try:
-                shape = placed(self._shown(asset), where)
-            except FormatError as error:
-                problem = problem or f"{name}: {error}"
-        return Geom("mesh", element, where, (), group, own, shape, problem)
+        if not problem and self.drawn and group < SHOWN_GROUPS and "file" in asset.attributes:
+            meshes = self.document.meshes
 
-    def _shown(self, asset: Element) -> Shape:
-        """Return the coarse mesh that is drawn; the scale acts after the turn of ``refquat``, so both are exact."""
-        refpos, refquat, scale = _reference(asset)
-        shape = self.document.meshes.shape(self._file(asset), (1, 1, 1))
-        vertices = (np.asarray(shape["vertices"]) - refpos) @ refquat * scale
-        vertices.setflags(write=False)
-        return Shape("mesh", (("vertices", vertices), ("faces", shape["faces"])))
+            def unread(problem: str) -> None:
+                rule = "a mesh that cannot be read is not drawn"
+                meshes.reading.left_out(f"<geom> of body '{body}'", element.line, rule, f"{name}: {problem}")
+
+            try:
+                reference = _reference(asset)
+                found = meshes.shape(self._file(asset), lambda points: _moved(points, *reference), unread)
+                shape = placed(found, where)
+            except FormatError as error:
+                unread(str(error))
+        return Geom("mesh", element, where, (), group, own, shape, problem)
 
     def _file(self, asset: Element) -> str:
         """Return the path of a mesh as the compiler's settings have it."""
@@ -197,9 +201,13 @@ class Geoms:
             points = np.array(numbers).reshape(-1, 3)
             if "face" in asset.attributes:
                 triangles = triangles_of(asset.several("face"), len(points), "face=")
-        refpos, refquat, scale = _reference(asset)
         points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
-        return (points - refpos) @ refquat * scale, triangles
+        return _moved(points, *_reference(asset)), triangles
+
+
+def _moved(points: np.ndarray, refpos: np.ndarray, refquat: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the points of a file in the axes of its geom; the scale acts after the turn of ``refquat``."""
+    return (points - refpos) @ refquat * scale
 
 
 def _reference(asset: Element) -> tuple[Any, Any, Any]:

@@ -27,7 +27,7 @@ def system_of(root: Element, file: Path, reading: Reading, options: Options) -> 
     FormatError
         With the line, what was expected and what came.
     """
-    meshes = Meshes(file)
+    meshes = Meshes(file, reading)
     reader = _Reader(robot(root, reading, meshes if options.meshes else None), reading, options)
     system = reader.system(options.base or "fixed")
     add_contacts(reader, meshes)

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
 
+import numpy as np
+
 from ...errors import FormatError, nearest
 from ...scalar.algebra import ZERO, Vector
 from ...space.mass import MassProperties
@@ -245,17 +247,21 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     elif solid.tag == "sphere":
         shape = Shape("sphere", (("radius", solid.number("radius")),))
     elif solid.tag == "mesh" and meshes is not None:
+        name = solid.attributes.get("filename", "").rpartition("/")[2][:60]
+
+        def unread(problem: str) -> None:
+            rule = "a mesh that cannot be read is not drawn"
+            reading.left_out(f"{what}, <{part.tag}>", solid.line, rule, f"{name}: {problem}")
+
         try:
-            scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
-            return [placed(meshes.shape(solid.get("filename"), scale), pose_of(part))]
+            scale = np.array(solid.numbers("scale", 3, (1.0, 1.0, 1.0)))
+            return [
+                placed(
+                    meshes.shape(solid.get("filename"), lambda points: points * scale, unread), pose_of(part)
+                )
+            ]
         except FormatError as error:
-            name = solid.attributes.get("filename", "").rpartition("/")[2][:60]
-            reading.left_out(
-                f"{what}, <{part.tag}>",
-                solid.line,
-                "a mesh that cannot be read is not drawn",
-                f"{name}: {error}",
-            )
+            unread(str(error))
             return []
     else:
         reading.left_out(f"{what}, <{part.tag}>", solid.line, f"a {solid.tag} is not drawn")

@@ -39,7 +39,7 @@ def tangent(kernels: Kernels) -> Program:
     """Return the program with the function ``tangent`` of (t, (y, v)): (∂f/∂y) v, by one sweep along the trace of the
     rates.
     """
-    if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics"):
+    if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics_by_state"):
         along = Directions("rates", kernels.size)
         kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
     if "tangent" not in kernels._programs:

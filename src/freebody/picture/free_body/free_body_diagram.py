@@ -299,7 +299,7 @@ class _Maker:
             points.append(self.now.place(name, self.now.model.bodies[name].center))
             for piece in self.pieces[name]:
                 if piece.kind != "particle":
-                    points += [p + R @ q for q in piece.points()]
+                    points += [*(p + piece.points() @ R.T)]
             longest = max(longest, float(np.ptp(self.view(np.array(points)), axis=0).max()))
         return WIDE / longest if longest > 0 else 1.0
 

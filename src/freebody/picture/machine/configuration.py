@@ -256,7 +256,7 @@ def configuration(
     # second choices: bodies overlap, as the coordinates in ``at`` may require; bodies are apart and nothing touches
     overlapping: Configuration | None = None
     loose: Configuration | None = None
-    stands = bool(model.contacts) and not closed
+    stands = bool(model.contacts) and not closed and model.pose is None
     fixed = tuple(sorted({j for i in named if i < model.n_q for j in model.moved_by[i]}))
     for attempt in range(4):
         q = _generic_coordinates(model, size, attempt)
@@ -278,7 +278,7 @@ def configuration(
             state = float_state(model, q, None, t, numbers)
             poses(model, state)
             candidate = Configuration(model, state, numbers, False, _lookup(model, state))
-            if model.contacts and not _apart(model, state, size, closed):
+            if model.pose is None and model.contacts and not _apart(model, state, size, closed):
                 overlapping = overlapping or candidate
             elif stands and count == 0:
                 loose = loose or candidate
@@ -400,7 +400,10 @@ def _is_displacement(model: Model, coordinate: Any) -> bool:
 
 
 def _generic_coordinates(model: Model, size: float, attempt: int) -> list[float]:
-    """Coordinates that are far from special positions, different ones in each attempt."""
+    """Coordinates that are far from special positions, different ones in each attempt; first a robot's own pose."""
+    if model.pose is not None and attempt == 0:
+        pose = {**dict(zip(model.coordinate_names, model.rest, strict=False)), **model.pose}
+        return [pose[name] for name in model.coordinate_names]
     q = [0.0] * model.n_q
     angle_count = displacement_count = 0
     for i, coordinate in enumerate(model.coordinates):

@@ -61,7 +61,7 @@ def draw(
     system : System, Model or Equations
     at : mapping or number, optional
         Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that you do not name get
-        generic values, at which nothing is in line.
+        generic values, at which nothing is in line; those of a robot that was read from a file have the file's pose.
     trajectory : Trajectory, optional
         A motion of the system.
     values : mapping, optional

@@ -115,7 +115,7 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     before = _about(n, -value) @ r
     point = m.joints[name].point
     at = m.page(point)
-    box = np.array([m.page(q) for q in m.extent()])
+    box = m.page(m.extent)
     if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
         _far_axis(m, name, at, box)
         return

@@ -124,11 +124,19 @@ def _wall(m: MachineDrawing, at: Array, toward: Array) -> None:
 
 
 def loads(m: MachineDrawing) -> None:
-    """Draw the arrows of applied forces and couples, and label each with its name or value."""
-    applied = [name for name, load in m.model.loads.items() if not _has_symbol(m, load)]
+    """Draw the arrows of applied forces and couples, and label each with its name or value.
+
+    A crowded machine is drawn without the arrows of what acts along its joints.
+    """
+    applied = [
+        name
+        for name, load in m.model.loads.items()
+        if not _has_symbol(m, load)
+        and not (m.many and all(isinstance(action, JointForce) for action in places(m.model)[name]))
+    ]
     if not applied:
         return
-    marks = Marks(m.e, m.now, m.view.planar)
+    marks = Marks(m.e, m.now, m.view.planar, reactions=False)
     style = Style(VERMILLION, 1.8)
     anchors_of: dict[tuple[str, str], list[Any]] = {}
     at_of: dict[tuple[str, str], list[Array]] = defaultdict(list)

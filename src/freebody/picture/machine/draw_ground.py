@@ -109,16 +109,16 @@ def _edge(m: MachineDrawing, start: Array, end: Array, up: Array) -> None:
 
 def _ground(m: MachineDrawing, point: Array, normal: Array) -> None:
     """Draw a plane of the ground, under the whole machine."""
-    machine = [m.page(p) for p in m.extent()]
+    machine = m.page(m.extent)
     if m.view.planar:
         up = m.view(normal)
         along = np.array([-up[1], up[0]]) / np.linalg.norm(up)
         foot = m.page(point)
-        reach = [float((q - foot) @ along) for q in machine]
-        start, end = (foot + s * along for s in (min(reach) - 20.0, max(reach) + 20.0))
+        reach = (machine - foot) @ along
+        start, end = (foot + s * along for s in (reach.min() - 20.0, reach.max() + 20.0))
         _edge(m, start, end, up)
         return
-    middle = np.mean(np.array(m.extent()), axis=0)
+    middle = m.extent.mean(axis=0)
     middle = middle - float((middle - point) @ normal) * normal
     first = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = first - float(first @ normal) * normal

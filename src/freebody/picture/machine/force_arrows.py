@@ -120,9 +120,11 @@ class Mark:
 
 
 class Marks:
-    """Makes the arrows of the bodies of one model in one configuration."""
+    """Makes the arrows of the bodies of one model in one configuration, with or without the reactions of joints."""
 
-    def __init__(self, equations: Equations, now: Configuration, planar: bool) -> None:
+    def __init__(
+        self, equations: Equations, now: Configuration, planar: bool, *, reactions: bool = True
+    ) -> None:
         self.e = equations
         self.now = now
         plane = plane_of(equations) if planar else ""
@@ -130,7 +132,7 @@ class Marks:
         self.owners: dict[str, str] = {}
         self._numbers: dict[Any, float] = dict(now.lookup)
         self._texts: dict[Any, str] = {}
-        for joint in equations.model.joints:
+        for joint in equations.model.joints if reactions else ():
             for c in unknowns(equations.model, equations.state, joint):
                 self.owners[c.name] = joint
                 if now.moving:

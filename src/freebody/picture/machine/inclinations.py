@@ -92,8 +92,8 @@ def _low_end(m: MachineDrawing, shape: Any) -> Array | None:
     d = np.array([n[1], -n[0]]) / np.linalg.norm(n)
     d = d if d[1] < 0 else -d
     foot = m.page(fixed(m, shape.at))
-    reach = [float((m.page(p) - foot) @ d) for p in m.extent()]
-    return np.asarray(foot + (max(reach) + 20.0) * d)
+    reach = ((m.page(m.extent) - foot) @ d).max()
+    return np.asarray(foot + (reach + 20.0) * d)
 
 
 def _tail(m: MachineDrawing, name: str) -> Array | None:
@@ -116,7 +116,7 @@ def _mark(m: MachineDrawing, at: Array | None, direction: tuple[Any, Any]) -> No
     value = math.atan2(numbers[1], numbers[0])
     # the acute angle, at the end of the line from which it rises
     along = np.array([math.cos(value), math.sin(value)])
-    middle = np.mean([m.page(p) for p in m.extent()], axis=0)
+    middle = m.page(m.extent).mean(axis=0)
     if float((middle - at) @ along) < 0:
         along = -along
     rise = math.atan2(along[1], along[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,7 +73,7 @@ class MachineDrawing:
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
         self.arcs: list[Array] = []
-        longest = float(np.ptp(view(np.array(self.extent())), axis=0).max())
+        longest = float(np.ptp(view(self.extent), axis=0).max())
         self.scale = WIDE / longest if longest > 0 else 1.0
         self.down = np.array([0.0, -1.0])
         self.joints = self._joints()
@@ -80,18 +81,19 @@ class MachineDrawing:
         self.idle = idle_supports(now, view.planar)
 
     def page(self, point: Array) -> Array:
-        """Map a point in ground axes to paper [pt]."""
+        """Map a point in ground axes to paper, or many (n, 3) [pt]."""
         return self.scale * self.view(point)
 
     @property
     def many(self) -> bool:
-        """True for a machine in space that is too crowded for the labels of its lengths and its joints' loads."""
+        """True for a machine in space that is too crowded for its lengths and for what acts along its joints."""
         return not self.view.planar and len(self.drawn) > MANY
 
     # -- extent and order -----------------------------------------------------------------------------
 
-    def extent(self) -> list[Array]:
-        """Points whose box contains the machine, in ground axes [m]."""
+    @cached_property
+    def extent(self) -> Array:
+        """Points whose box contains the machine, in ground axes, shape (n, 3) [m]."""
         points: list[Array] = []
         unseen = hidden(self.model)
         for name in self.model.bodies:
@@ -101,12 +103,12 @@ class MachineDrawing:
             points += [p + R @ q for q in attachments(self.model, self.now.state, name).values()]
             points.append(self.now.place(name, self.model.bodies[name].center))
             for piece in self.pieces[name]:
-                points += [p + R @ q for q in piece.points()]
+                points += [*(p + piece.points() @ R.T)]
         for joint in self.model.joints.values():
             on_ground = joint.parent == "ground" and joint.child not in unseen
             if on_ground and joint.pair.holds:
                 points.append(self.now.place("ground", joint.at))
-        return points + round_walls(self)
+        return np.array(points + round_walls(self))
 
     def _back_to_front(self) -> list[str]:
         """Names of the bodies in drawing order: in space the far ones first, at equal depth the large ones first.
@@ -117,7 +119,7 @@ class MachineDrawing:
         def order(name: str) -> tuple[float, float]:
             place = self.model.bodies[name]
             depth = 0.0 if self.view.planar else float(self.view.toward @ self.now.place(name, place.center))
-            points = np.array([q for piece in self.pieces[name] for q in piece.points()])
+            points = np.concatenate([piece.points() for piece in self.pieces[name]])
             return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
 
         carriers = hidden(self.model) | {

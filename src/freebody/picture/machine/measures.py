@@ -96,7 +96,7 @@ def angle_of(
     local = np.array([float(now.state(x)) for x in joint.to])
     if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
         start = scale * view(now.place(body, model.bodies[body].center))
-        ends = [scale * view(p + R @ q) for piece in pieces for q in piece.points()]
+        ends = [q for piece in pieces for q in scale * view(p + piece.points() @ R.T)]
     reach = [float(np.linalg.norm(q - start)) for q in ends]
     far = int(np.argmax(reach))
     if reach[far] < 14.0:

@@ -102,7 +102,7 @@ def polygon(item: Any) -> Array | None:
 
 def hull(points: Array) -> Array:
     """Convex hull of points on paper, counter-clockwise."""
-    order = sorted({(round(float(x), 6), round(float(y), 6)) for x, y in points})
+    order = np.unique(np.round(points, 6), axis=0).tolist()
     if len(order) < 3:
         return np.array(order)
 

@@ -338,6 +338,11 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
         return [piece for part in shape.parts for piece in _pieces(state, part, size)]
     if shape.kind == "revolved":
         dimensions = _revolved(state, shape)
+    elif shape.kind == "mesh":
+        vertices, faces = shape["surface"].arrays
+        if not len(faces):  # its file could not be read, as the report of the reading says
+            return []
+        dimensions = {"vertices": vertices, "faces": faces}
     else:
         dimensions = {name: _number(state, value) for name, value in shape.dimensions}
     for name, value in dimensions.items():

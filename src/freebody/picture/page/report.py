@@ -25,6 +25,7 @@ from ...model.assemble import assemble
 from ...model.family import text_of_members
 from ...model.model import Model
 from ...scalar.algebra import Vector
+from ...scalar.polynomial import Polynomial
 from ...symbolic.equations import Equations
 from ...symbolic.equations import equations as equations_of
 from ...symbolic.free_body.planar import plane_in
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
 OPEN = 3
 """Number of charts up to which all are open at the beginning."""
 
-LARGEST = 6
-"""Most speeds of a machine whose equations are shown by default."""
+LARGEST, LONGEST = 6, 1250
+"""Most speeds of a machine whose equations are shown by default, and most terms of these."""
 
 
 def report(
@@ -81,7 +82,8 @@ def report(
     figures : mapping, optional
         Caption -> PNG as bytes, matplotlib axes or figure, or a function that writes a PNG to a path.
     equations : bool, optional
-        Show free-body diagrams and equations; by default for machines of up to six speeds.
+        Show free-body diagrams and equations; by default for machines of up to six speeds, if they are no longer than
+        some pages.
     tolerance : float
         Tolerance of the animation between its keyframes.
 
@@ -187,7 +189,7 @@ def document(
         from .simulator import simulator  # imported late: it needs the compiler
 
         scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
-    shown = model.n_u <= LARGEST if equations is None else equations
+    shown = _is_short(model) if equations is None else equations
     symbols = Symbols.of(model, *(answers or {}))
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
@@ -250,6 +252,18 @@ def charts(scene: Mapping[str, Any], symbols: Symbols) -> str:
         summary = f"<summary>{symbols.words(chart['title'])}</summary>"
         parts.append(f'<details{state}>{summary}<div data-chart="{i}"></div></details>')
     return "\n".join(parts)
+
+
+def _is_short(model: Model) -> bool:
+    """Return True if the equations of motion are few and short."""
+    e = equations_of(model) if model.n_u <= LARGEST else None
+    if e is None or e.form == "recursive":
+        return False
+    try:
+        balances = e.balances
+    except TooManyTermsError:
+        return False
+    return sum(len(x) for balance in balances for x in balance if isinstance(x, Polynomial)) <= LONGEST
 
 
 def _withheld() -> str:

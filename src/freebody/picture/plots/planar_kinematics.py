@@ -369,7 +369,7 @@ def _outlines(ax: Any, moment: _Moment) -> Array:
     raw: list[Array] = []
     for name in moment.bodies:
         R, p = moment.now.posture(name)
-        raw += [moment.view(p + R @ q) for piece in pieces[name] for q in piece.points()]
+        raw += [q for piece in pieces[name] for q in moment.view(p + piece.points() @ R.T)]
     size = float(np.ptp(np.array(raw), axis=0).max()) if raw else 1.0
     scale = 250.0 / size if size > 0 else 1.0
     for k, name in enumerate(moment.bodies):

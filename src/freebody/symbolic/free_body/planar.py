@@ -13,14 +13,19 @@ Source: chapter 6, section 6.5.
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import sympy
 
 from ...dynamics.kinematics import rotation, velocities
+from ...dynamics.state import State
 from ...errors import ModelError, TooManyTermsError
-from ...scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, dot
+from ...model.model import Model
+from ...scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, dot, floats
 from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text, text
 from ..printing.show import latex_words
@@ -28,6 +33,9 @@ from ..printing.systems import Row, collect, eliminate
 from .action import TITLES
 from .balance import BodyBalance, body_balance
 from .reaction import LETTERS, unknowns
+
+_LEAST = math.sqrt(np.finfo(float).eps)
+"""Part of the greatest velocity that is round-off: half of its digits."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,32 @@ def normal_of(e: Derivation) -> int | None:
 
 
 def _find_plane(e: Derivation) -> Plane | str:
-    model, state = e.model, e.state
+    # a motion in space is seen in numbers; only one in a plane needs the proof that polynomials are zero
+    with suppress(ArithmeticError, ModelError):
+        found = _normals(*_velocities(e.model, _somewhere(e.model)), _LEAST)
+        if all(found.values()):
+            return next(iter(found.values()))
+    reason = ""
+    for k, across in _normals(*_velocities(e.model, e.state)).items():
+        plane: Plane | str = across or _plane_with_normal(e, k)
+        if isinstance(plane, Plane):
+            return plane
+        reason = reason or plane
+    return reason
+
+
+def _somewhere(model: Model) -> State:
+    """Return a random state of floats."""
+    random = np.random.default_rng(0)
+    q, u = random.uniform(-1, 1, model.n_q), random.uniform(-1, 1, model.n_u)
+    for i in model.quaternions:
+        q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
+    values = {p.symbol: 1 + random.random() for p in model.parameters}
+    return State(model, floats, random.random(), q.tolist(), u.tolist(), values)
+
+
+def _velocities(model: Model, state: State) -> tuple[list[tuple[str, Vector]], list[tuple[str, Vector]]]:
+    """Return name and angular velocity of each body, and name and velocity of its mass centre, in ground axes."""
     angular_velocities, velocities_of_centres = [], []
     for name, place in model.bodies.items():
         w, v = velocities(model, state)[place.link]
@@ -82,22 +115,35 @@ def _find_plane(e: Derivation) -> Plane | str:
         p = state.vector(tuple(a + b for a, b in zip(place.origin, place.center, strict=True)))
         angular_velocities.append((name, apply(R, w)))
         velocities_of_centres.append((name, apply(R, add(v, cross(w, p)))))
-    axes = {k for _, w in angular_velocities for k in range(3) if w[k] != 0}
+    return angular_velocities, velocities_of_centres
+
+
+def _normals(
+    angular_velocities: list[tuple[str, Vector]],
+    velocities_of_centres: list[tuple[str, Vector]],
+    least: float = 0,
+) -> dict[int, str]:
+    """Return the ground axes about which alone bodies turn, and why some are not at right angles to all motion.
+
+    Numbers are zero if they are ``least`` of the greatest, or less.
+    """
+
+    def moving(velocities: list[tuple[str, Vector]], k: int) -> list[str]:
+        bound = least and least * max(abs(x) for _, v in velocities for x in v)
+        return [name for name, v in velocities if (abs(v[k]) > bound if least else v[k] != 0)]
+
+    turning_about = {k: names for k in range(3) if (names := moving(angular_velocities, k))}
+    axes = sorted(turning_about)
     if len(axes) > 1:
-        first, second = (next(name for name, w in angular_velocities if w[k] != 0) for k in sorted(axes)[:2])
+        first, second = (turning_about[k][0] for k in axes[:2])
         turning = f"'{first}' turns" if first == second else f"'{first}' and '{second}' turn"
-        return f"{turning} about the ground axes {' and '.join(LETTERS[k] for k in sorted(axes)[:2])}"
-    reason = ""
-    for k in sorted(axes) or (2, 1, 0):
-        across = [name for name, v in velocities_of_centres if v[k] != 0]
-        if across:
-            reason = reason or f"'{across[0]}' moves along the ground axis {LETTERS[k]}"
-            continue
-        plane = _plane_with_normal(e, k)
-        if isinstance(plane, Plane):
-            return plane
-        reason = reason or plane
-    return reason
+        reason = f"{turning} about the ground axes {' and '.join(LETTERS[k] for k in axes[:2])}"
+        return dict.fromkeys(axes, reason)
+    result = {}
+    for k in axes or (2, 1, 0):
+        across = moving(velocities_of_centres, k)
+        result[k] = f"'{across[0]}' moves along the ground axis {LETTERS[k]}" if across else ""
+    return result
 
 
 def _plane_with_normal(e: Derivation, k: int) -> Plane | str:
