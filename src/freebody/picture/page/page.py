@@ -27,6 +27,7 @@ SCRIPTS = (
     "charts.js",
     "timeline.js",
     "stage.js",
+    "labels.js",
     "player.js",
     "page.js",
 )
