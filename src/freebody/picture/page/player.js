@@ -81,7 +81,7 @@ function player(root, scene, options = {}) {
   };
   let shaft, head, ball, loose; // loose: polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, touching, struck, paths, greatest, tips, span, places;
+  let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, struck, paths, greatest, tips, span, places;
   // Makes everything that is drawn.
   function build() {
     shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
@@ -108,9 +108,8 @@ function player(root, scene, options = {}) {
     trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
     floor = stageFloor(scene, bounds, fixed, size, renderer);
     planes = floor ? [] : scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
-    touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
-    struck = impacts(motion, scene, touching);
-    paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
+    struck = impacts(motion, scene);
+    paths = scene.arrows.map((arrow) => arrow.path);
     greatest = { force: 0, moment: 0 };
     for (const { channel, kind } of scene.arrows) {
       const v = motion.channels[channel].values;
@@ -289,7 +288,7 @@ function player(root, scene, options = {}) {
   // Draws a dark dot where bodies touch, and a red dot where they have struck each other.
   function drawContacts() {
     const r = 0.014 * size;
-    touching.forEach(({ path, closed }) => {
+    scene.touching.forEach(({ path, closed }) => {
       if (closed[motion.index] > 0) renderer.solid(ball, along([0, 0, 1], motion.vector(path), r, r), DARK, 1, true);
     });
     for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);

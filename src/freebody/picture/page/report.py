@@ -451,7 +451,7 @@ def png(picture: Any) -> bytes:
 
 def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
     """Version, number of steps, and accuracy."""
-    keys, lifted = len(base64.b64decode(scene["t"])) // 4, trajectory.energy.correction
+    keys, lifted = len(scene["t"]), trajectory.energy.correction
     apart = ""
     if lifted is not None and lifted.any():
         apart = (
@@ -462,5 +462,5 @@ def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
         f"{trajectory.energy.relative_residual:.1e}. {apart}"
         f"{keys} keyframes; between them the page interpolates to {scene['tolerance']:.1g} of the extent or the "
-        "greatest value. Its numbers are 32-bit floats.</footer>"
+        "greatest value.</footer>"
     )
