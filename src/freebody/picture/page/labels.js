@@ -51,20 +51,19 @@ function covers(polygon, box) {
 function placeTexts(texts, [wide, high], full, lines, bodies, before, ratio) {
   const taken = [...full];
   return texts.map(({ key, at: [x, y], wide: w, high: h, toward }) => {
-    const places = AWAY.flatMap((r, i) => AROUND.map(([c, s], k) => {
-      const turn = toward ? 1 - (c * toward[0] + s * toward[1]) : 1 - c, number = AROUND.length * i + k;
-      return [r + 7 * turn - (before[key] === number ? KEPT : 0), number];
-    })).sort((a, b) => a[0] - b[0]);
+    const side = (k) => (Math.abs(k) < 0.2 ? 0 : Math.sign(k)), count = (list, lies) => list.reduce((n, one) => n + (lies(one) ? 1 : 0), 0);
     let best = null, least = Infinity;
-    for (const [base, number] of places) {
-      if (base >= least) break; // without any line below it, a further place costs more
-      const r = AWAY[Math.floor(number / AROUND.length)] * ratio, [c, s] = AROUND[number % AROUND.length];
-      const side = (k) => (Math.abs(k) < 0.2 ? 0 : Math.sign(k)); // the box touches a circle about the point
-      const left = x + r * c + (w * (side(c) - 1)) / 2, top = y + r * s + (h * (side(s) - 1)) / 2, box = [left, top, left + w, top + h];
-      if (left < 0 || top < 0 || box[2] > wide || box[3] > high || taken.some((other) => meet(box, other, 1))) continue;
-      const count = (list, lies) => list.reduce((n, one) => n + (lies(one) ? 1 : 0), 0);
-      const cost = base + ACROSS * count(lines, ([p, q]) => crosses(p, q, box)) + OVER * count(bodies, (one) => covers(one, box));
-      if (cost < least) [least, best] = [cost, { box, number, led: r >= LEADING * ratio }];
+    for (let i = 0; i < AWAY.length && AWAY[i] - KEPT < least; i++) { // without any line below it, a further place costs more
+      for (let k = 0; k < AROUND.length; k++) {
+        const [c, s] = AROUND[k], number = AROUND.length * i + k, r = AWAY[i] * ratio;
+        const base = AWAY[i] + 7 * (1 - (toward ? c * toward[0] + s * toward[1] : c)) - (before[key] === number ? KEPT : 0);
+        if (base >= least) continue;
+        // the box touches a circle about the point
+        const left = x + r * c + (w * (side(c) - 1)) / 2, top = y + r * s + (h * (side(s) - 1)) / 2, box = [left, top, left + w, top + h];
+        if (left < 0 || top < 0 || box[2] > wide || box[3] > high || taken.some((other) => meet(box, other, 1))) continue;
+        const cost = base + ACROSS * count(lines, ([p, q]) => crosses(p, q, box)) + OVER * count(bodies, (one) => covers(one, box));
+        if (cost < least) [least, best] = [cost, { box, number, led: AWAY[i] >= LEADING }];
+      }
     }
     before[key] = best ? best.number : undefined;
     if (!best) return null;
@@ -77,12 +76,17 @@ function placeTexts(texts, [wide, high], full, lines, bodies, before, ratio) {
 const nearest = (box, [x, y]) => [Math.min(box[2], Math.max(box[0], x)), Math.min(box[3], Math.max(box[1], y))];
 
 // Returns the pieces of a text with subscripts after "_", each with its place, its height and its font, and the width of all.
+const widths = new Map(); // of pieces in their fonts: to measure one takes long
 function pieces(pen, text, ratio) {
   let x = 0;
   const result = text.split(/_([^\s_]+)/u).map((piece, k) => {
-    pen.font = `${(k % 2 ? 9 : 12) * ratio}px system-ui, sans-serif`;
-    const placed = [piece, x, k % 2 ? 3.5 * ratio : 0, pen.font];
-    x += pen.measureText(piece).width;
+    const font = `${(k % 2 ? 9 : 12) * ratio}px system-ui, sans-serif`, key = font + piece, placed = [piece, x, k % 2 ? 3.5 * ratio : 0, font];
+    if (!widths.has(key)) {
+      if (widths.size > 2000) widths.clear();
+      pen.font = font;
+      widths.set(key, pen.measureText(piece).width);
+    }
+    x += widths.get(key);
     return placed;
   });
   return [result, x];

@@ -79,13 +79,14 @@ function player(root, scene, options = {}) {
       return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
     });
   };
-  let shaft, head, ball, loose; // loose: polylines that change with time, by name
+  let shaft, head, ball, disk, loose; // loose: polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
   let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, struck, paths, greatest, tips, span, places;
   // Makes everything that is drawn.
   function build() {
     shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
     head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
+    disk = renderer.surface(lathe({ profile: [[0, 0], [1, 0]], around: 96 }).map(plain));
     ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
     [loose, bodies, ground, trails, planes, cones, floor] = [{}, [], [], [], [], null, null];
     shape();
@@ -101,7 +102,7 @@ function player(root, scene, options = {}) {
   }
   // Makes what depends on the motion as a whole.
   function trace() {
-    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? [floor.disk, ...floor.grid] : [])])
+    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? floor.grid : [])])
       if (item) renderer.forget(item);
     cones = null; // made when they are first shown
     bounds = extent(motion, far, fixed);
@@ -220,7 +221,7 @@ function player(root, scene, options = {}) {
     heads.length = 0;
     renderer.begin(camera);
     const poses = bodies.map((_, i) => motion.pose(i)), still = placed([1, 0, 0, 0], [0, 0, 0]);
-    if (floor) drawFloor(renderer, floor, [[ground, still], ...bodies.map((groups, i) => [groups, poses[i]])]);
+    if (floor) drawFloor(renderer, disk, floor, [[ground, still], ...bodies.map((groups, i) => [groups, poses[i]])]);
     for (const path of planes) renderer.line(path, PALE, 1);
     for (const { color, surface } of ground) renderer.solid(surface, still, color);
     bodies.forEach((groups, i) => groups.forEach(({ color, surface }) => renderer.solid(surface, poses[i], color)));
