@@ -156,12 +156,13 @@ class Handler(BaseHTTPRequestHandler):
             self._send(400, b"Expected a request of the page.", "text/plain; charset=utf-8")
             return
         from ..picture.page.live import problem
+        from ..picture.page.packing import packed
 
         try:
             result = answer(data)
         except FreebodyError as error:
             result = problem(error)
-        self._send(200, json.dumps(result).encode("utf-8"), "application/json")
+        self._send(200, packed(result).encode("ascii"), "text/plain; charset=utf-8")
         if self._name() == "close":
             threading.Thread(target=self.server.shutdown, daemon=True).start()
 

@@ -21,7 +21,7 @@ NARROW, WIDE = 16, 40
 
 STYLE = (
     ".formula{display:inline;font-size:1.08em}.formula svg,.glyphs path{fill:currentColor}"
-    ".formula svg{overflow:visible;max-width:100%;margin:.15em 0}"
+    ".formula svg{overflow:visible;max-width:100%}.equation .formula svg{margin:.15em 0}"
     ".narrow-only{display:none}@media(max-width:760px){.wide-only{display:none}.narrow-only{display:inline}}"
     ".equation{padding-left:2em;text-indent:-2em;margin:.5em 0;line-height:1.7}"
 )

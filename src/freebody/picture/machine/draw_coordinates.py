@@ -19,6 +19,9 @@ from .space_dimensions import mark_tilts, space_dimensions
 
 Array = NDArray[np.float64]
 
+NEAR = 60.0
+"""Distance of the centres of arcs within which an arc is drawn where it meets the others least [pt]."""
+
 
 def mark_coordinates(m: MachineDrawing) -> None:
     """Draw displacements and angles of the joints, and the axes of bodies that turn freely."""
@@ -111,8 +114,9 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     local = np.array([float(m.now.state(x)) for x in link.axis])
     across = np.cross(local, np.eye(3)[int(np.argmin(np.abs(local)))])  # an oblique axis has no other one
     candidates.append(across / float(np.linalg.norm(across)))
-    r = R @ next(d for d in candidates if abs(float(d @ local)) < 1e-9)
-    before = _about(n, -value) @ r
+    square = [R @ d for d in candidates if abs(float(d @ local)) < 1e-9]
+    # a turn between others is measured from their axes, a single one from where there is room
+    square = square[:1] if neighbours else [sign * d for d in square[:2] for sign in (1, -1)]
     point = m.joints[name].point
     at = m.page(point)
     box = m.page(m.extent)
@@ -122,15 +126,21 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     # arcs about one point have increasing radii
     concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
     m.arcs.append(at)
-    radius = (24.0 if m.many else 40.0) + 13.0 * concentric
-    radius /= m.scale
+    others = [float(np.linalg.norm(at - q)) for q in m.arcs[:-1]]
+    near = not concentric and min(others, default=NEAR) < NEAR
     count = max(8, int(abs(math.degrees(value)) / 4))
-    curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in np.linspace(0, value, count)])
-    fine = Style(GREY, 0.7, (4.0, 2.5))
-    sides = [
-        Line(np.array([at, m.page(point + 1.35 * radius * before)]), fine),
-        Line(np.array([at, m.page(point + 1.35 * radius * r)]), Style(GREY, 0.7)),
-    ]
+    choices = []
+    for k, r in enumerate(square if near else square[:1]):
+        before = _about(n, -value) @ r
+        for further in range(2 if near else 1):
+            radius = ((24.0 if m.many else 40.0) + 13.0 * (concentric + further)) / m.scale
+            turns = np.linspace(0, value, count)
+            curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in turns])
+            ends = [np.array([at, m.page(point + 1.35 * radius * d)]) for d in (before, r)]
+            cost = sum(m.placer.crowding(line) for line in (curve, *ends)) if near else 0.0
+            choices.append((cost + 0.1 * further, k, further, radius, curve, ends))
+    *_, radius, curve, ends = min(choices, key=lambda choice: choice[:3])
+    sides = [Line(ends[0], Style(GREY, 0.7, (4.0, 2.5))), Line(ends[1], Style(GREY, 0.7))]
     items: list[Any] = [
         *([] if m.many else sides),
         Line(np.array([at, m.page(point + 1.5 * radius * n)]), Style(PALE, 0.9, (8.0, 2.0, 1.5, 2.0))),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +29,7 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
         if arrow.key not in acting:
             continue
         unit = "N" if arrow.kind == "force" else "N m"
-        result[arrow.key] = {"unit": unit, "width": 3, "values": base64_floats(keys.vectors[arrow.key])}
+        result[arrow.key] = {"unit": unit, "width": 3, "values": keys.vectors[arrow.key]}
     for i, name in enumerate(trajectory.names):
         result[f"state {name}"] = _scalar(unit_of(trajectory, name), keys.states[:, i])
     for name, values in keys.energy.items():
@@ -113,7 +112,7 @@ def _force_names(trajectory: Trajectory, k: int) -> tuple[str, ...]:
 
 def _scalar(unit: str, values: Any) -> dict[str, Any]:
     """A quantity of one number at each moment."""
-    return {"unit": unit, "width": 1, "values": base64_floats(values)}
+    return {"unit": unit, "width": 1, "values": np.asarray(values, dtype=float)}
 
 
 def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str]]:
@@ -129,8 +128,3 @@ def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str
         else:
             groups.append((unit, size, [name]))
     return [group for _, _, group in groups]
-
-
-def base64_floats(values: Any) -> str:
-    """Encode numbers as 32-bit floats in base64."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")

@@ -12,7 +12,6 @@ from ...scalar.algebra import floats
 from ...scalar.expression import evaluate
 from ..machine.shapes import ROD, Primitive, axes_along, rod
 from .keyframes import Keyframes
-from .quantities import base64_floats
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -81,8 +80,8 @@ def touching(keys: Keyframes) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "path": base64_floats(touched.place[:, k]),
-            "closed": base64_floats((np.abs(touched.forces[k]).max(axis=1) > 0).astype(float)),
+            "path": touched.place[:, k],
+            "closed": (np.abs(touched.forces[k]).max(axis=1) > 0).astype(np.uint8),
         }
         for k, name in enumerate(touched.names)
     ]

@@ -126,7 +126,8 @@ class Animation:
         # in a frame of its own, its script and style do not meet those of the notebook
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" '
-            f'style="width:100%;height:{int(self.height)}px;border:1px solid #d6d9de;border-radius:6px"></iframe>'
+            f'style="width:100%;height:{int(self.height)}px;box-sizing:border-box;border:1px solid #d6d9de;'
+            'border-radius:6px"></iframe>'
         )
 
     def __repr__(self) -> str:

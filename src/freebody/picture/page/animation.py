@@ -1,11 +1,10 @@
 """A motion as the data of a page: bodies as primitives, keyframes, arrows, quantities over time.
 
-Numbers are 32-bit floats in base64, all at the same keyframes (see :mod:`freebody.picture.moving.keyframes`).
+Numbers are arrays over the same keyframes (see :mod:`freebody.picture.moving.keyframes`).
 """
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -36,7 +35,7 @@ from ..machine.shapes import (
 from ..moving.forces import Arrow
 from ..moving.joint_springs import joint_springs
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, paths_of_arrows
-from ..moving.quantities import base64_floats, channels, charts
+from ..moving.quantities import channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
 from ..paper.palette import KINDS
 from .symbols import in_letters
@@ -68,7 +67,7 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
     Returns
     -------
     dict
-        Data that JSON can hold.
+        Data that `packed` can hold.
 
     Raises
     ------
@@ -97,9 +96,9 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     places = paths_of_arrows(trajectory, keys)
     for arrow, place in zip(keys.arrows, scene["arrows"], strict=True):
         if arrow.contact is not None and keys.touched is not None:
-            place["path"] = base64_floats(keys.touched.place[:, arrow.contact])
+            place["path"] = keys.touched.place[:, arrow.contact]
         elif arrow.moves:
-            place["path"] = base64_floats(places[arrow.key])
+            place["path"] = places[arrow.key]
     scene["arrows"] = [arrow for arrow in scene["arrows"] if arrow["channel"] in acting]
     return {
         **scene,
@@ -118,9 +117,9 @@ def posed(model: Model, values: Mapping[str, float], keys: Keyframes, title: str
     up, toward = _view(model, state, keys)
     scene = figure(model, values, keys, size, up)
     for i, body in enumerate(scene["bodies"]):
-        body["position"] = base64_floats(keys.position[:, i])
-        body["quaternion"] = base64_floats(keys.quaternion[:, i])
-        body["spin"] = base64_floats(keys.spin[:, i])
+        body["position"] = keys.position[:, i]
+        body["quaternion"] = keys.quaternion[:, i]
+        body["spin"] = keys.spin[:, i]
     drawn = {i for i in range(len(model.bodies)) if _draws_cone(keys.spin[:, i])}
     scene["cones"] = [cone for cone in scene["cones"] if cone["body"] in drawn]
     return {
@@ -129,7 +128,7 @@ def posed(model: Model, values: Mapping[str, float], keys: Keyframes, title: str
         "gravity": any(float(state(c)) for c in model.gravity),
         "toward": toward.tolist(),
         "size": size,
-        "t": base64_floats(keys.t),
+        "t": keys.t.astype(np.float32),
         "tolerance": keys.tolerance,
         **scene,
         "channels": {},
@@ -233,11 +232,10 @@ def part(piece: Primitive, size: float) -> dict[str, Any]:
         "turn": quaternions(np.asarray(piece.axes, dtype=float)[None])[0].tolist(),
     }
     if kind == "mesh":
-        faces = np.ascontiguousarray(d["faces"], dtype="<u4").tobytes()
         return {
             "kind": "mesh",
-            "vertices": base64_floats(d["vertices"]),
-            "faces": base64.b64encode(faces).decode("ascii"),
+            "vertices": np.asarray(d["vertices"], dtype=np.float32),
+            "faces": np.asarray(d["faces"], dtype=np.uint32),
             **pose,
         }
     if kind in ("particle", "sphere", "spherical_shell"):

@@ -154,10 +154,11 @@ class Browser:
     # -- a page ---------------------------------------------------------------------------------------------
 
     def open(self, address: str | Path) -> None:
-        """Open a file or an address and wait until the page is complete."""
+        """Open a file or an address and wait until the page is complete and, if it is one of ours, has begun."""
         self.ask("Page.navigate", url="about:blank")
         self.ask("Page.navigate", url=address.resolve().as_uri() if isinstance(address, Path) else address)
-        self.wait("document.readyState === 'complete' && location.href !== 'about:blank'")
+        begun = "(!document.getElementById('scene') || document.documentElement.dataset.begun)"
+        self.wait(f"document.readyState === 'complete' && location.href !== 'about:blank' && {begun}")
 
     def value(self, expression: str) -> Any:
         """Return the value of a JavaScript expression in the page; for a promise, its result."""

@@ -52,10 +52,8 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
   const labels = curves.map((curve, i) => {
     const ends = [0, ...breaks, motion.t.length]; // no line runs through a jump
     for (let n = 0; n + 1 < ends.length; n++) {
-      let d = "";
-      for (let k = ends[n]; k < ends[n + 1]; k++)
-        d += `${Math.round(10 * x(motion.t[k])) / 10},${Math.round(10 * y(curve.values[k * curve.width + curve.component])) / 10} `;
-      drawing("polyline", { points: d, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
+      const points = thinned(ends[n], ends[n + 1], (k) => x(motion.t[k]), (k) => y(curve.values[k * curve.width + curve.component]));
+      drawing("polyline", { points, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
     }
     return curve.label;
   });
@@ -101,6 +99,28 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
       readings[i].textContent = `${value.toPrecision(5)} ${curve.unit === "1" ? "" : curve.unit}`;
     });
   };
+}
+
+// Points of a curve as text, without those that a line between others passes within a quarter of a pixel: each new point narrows the
+// directions that a line from the last one kept may have (Reumann and Witkam, 1974).
+function thinned(from, to, x, y) {
+  const kept = [], keep = (u, v) => kept.push(`${Math.round(10 * u) / 10},${Math.round(10 * v) / 10}`);
+  let u = x(from), v = y(from), least = -Infinity, most = Infinity, lastU = u, lastV = v;
+  keep(u, v);
+  for (let k = from + 1; k < to; k++) {
+    const nextU = x(k), nextV = y(k);
+    let slope = (nextV - v) / (nextU - u);
+    if (!(nextU - u > 0) || slope < least || slope > most) {
+      keep(lastU, lastV);
+      [u, v, least, most] = [lastU, lastV, -Infinity, Infinity];
+      slope = (nextV - v) / (nextU - u);
+    }
+    const room = 0.25 / Math.max(nextU - u, 1e-3);
+    [least, most] = [Math.max(least, slope - room), Math.min(most, slope + room)];
+    [lastU, lastV] = [nextU, nextV];
+  }
+  keep(lastU, lastV);
+  return kept.join(" ");
 }
 
 // Draws each chart of a page when it is opened, with its cursor at the time of the player. Returns a function that draws

@@ -158,7 +158,7 @@ def _leaves(tree: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
         for i, value in enumerate(tree):
             yield from _leaves(value, (*path, i))
     else:
-        yield path, tree
+        yield path, tree.tobytes() if isinstance(tree, np.ndarray) else tree
 
 
 def _alike(base: Tree, others: list[Tree]) -> bool:

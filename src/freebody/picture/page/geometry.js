@@ -94,13 +94,3 @@ function view(eye, target, up, angle, aspect, near, far) {
   const frustum = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) * d, -1, 0, 0, 2 * far * near * d, 0];
   return { matrix: product(frustum, look), right, top, back, eye };
 }
-
-// -- numbers in the data of the page -----------------------------------------------------------------------
-
-function bytes(text) {
-  const raw = atob(text), result = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) result[i] = raw.charCodeAt(i);
-  return result.buffer;
-}
-const floats = (data) => (data instanceof Float32Array ? data : new Float32Array(bytes(data)));
-const integers = (text) => new Uint32Array(bytes(text));

@@ -2,8 +2,8 @@
 // The page of ``freebody view``. Moving a slider computes a new motion, in the page if it can, else by a request; applying
 // the text requests a new machine. The requests go to the server that the page came from, on this computer.
 
-(function () {
-  const machine = JSON.parse(document.getElementById("scene").textContent);
+(async function () {
+  const machine = await unpacked(document.getElementById("scene").textContent);
   const at = (id) => document.getElementById(id);
   let shown = null, redraw = null, panel = null, busy = false, waiting = false;
 
@@ -11,7 +11,7 @@
     const answer = await fetch(address, {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data),
     });
-    return answer.json();
+    return unpacked(await answer.text());
   }
   // Shows a new motion in place of the old one; with ``keep``, from the same eye and at the same time.
   function put({ scene, charts, glyphs }, keep) {
@@ -85,5 +85,5 @@
     await ask("close", {});
     say("Closed. You can close this page, too.");
   });
-  showMachine(machine);
-})();
+  await showMachine(machine);
+})().finally(() => (document.documentElement.dataset.begun = 1));

@@ -4,15 +4,15 @@
 class Motion {
   constructor(scene) {
     this.scene = scene;
-    this.t = floats(scene.t);
+    this.t = scene.t;
     this.first = this.t[0];
     this.last = this.t[this.t.length - 1];
     this.bodies = scene.bodies.map((body) => ({
-      position: floats(body.position), quaternion: floats(body.quaternion), spin: floats(body.spin),
+      position: body.position, quaternion: body.quaternion, spin: body.spin,
     }));
     this.channels = {};
     for (const [key, { values, width }] of Object.entries(scene.channels))
-      this.channels[key] = { values: floats(values), width };
+      this.channels[key] = { values, width };
     this.seek(this.first);
   }
 

@@ -1,8 +1,8 @@
 "use strict";
 // Puts the player and the charts into the page. A fragment such as #t=1.5&forces=1&play=1 sets them at the beginning.
 
-(function () {
-  const scene = JSON.parse(document.getElementById("scene").textContent);
+(async function () {
+  const scene = await unpacked(document.getElementById("scene").textContent);
   const options = new URLSearchParams(location.hash.slice(1));
   const shown = player(document.getElementById("player"), scene, { flat: options.get("flat") === "1" });
   const redraw = plots(document, scene, shown);
@@ -16,4 +16,4 @@
   window.freebody = shown;
   if (scene.live)
     control(scene, shown, redraw).then((may) => may || say("WebAssembly is not allowed here, so that this page has no sliders. It shows the recorded motion."));
-})();
+})().finally(() => (document.documentElement.dataset.begun = 1));

@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
+import re
 from collections.abc import Mapping
 from functools import cache
 from html import escape
 from importlib.resources import files
 from typing import Any
 
+from .packing import packed
 from .symbols import Symbols
 
 SCRIPTS = (
     "formulas.js",
     "geometry.js",
+    "data.js",
     "solids.js",
     "renderer.js",
     "motion.js",
@@ -27,6 +29,7 @@ SCRIPTS = (
     "charts.js",
     "timeline.js",
     "stage.js",
+    "labels.js",
     "player.js",
     "page.js",
 )
@@ -41,10 +44,11 @@ VIEW = (*LIVE[:-1], "live.js")
 
 @cache
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
-    """Return the script of a page."""
+    """Return the script of a page, without comments and indents."""
     folder = files(__package__)
-    parts = [(folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in names]
-    return "(() => {\n" + '"use strict";\n' + "\n".join(parts) + "})();\n"
+    text = "\n".join((folder / name).read_text(encoding="utf-8") for name in names)
+    code = re.sub(r"^\s*(//.*|\"use strict\";)?\n|^ +", "", text, flags=re.MULTILINE)
+    return "(() => {\n" + '"use strict";\n' + code + "})();\n"
 
 
 @cache
@@ -68,16 +72,6 @@ def policy(text: str, connect: str = "", compute: bool = False) -> str:
         f"default-src 'none'; script-src 'sha256-{digest}'{wasm}; {requests}style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
-
-
-def embedded(data: Mapping[str, Any]) -> str:
-    """Return data as JSON that a script element can hold, whatever texts are in it.
-
-    >>> embedded({"name": "</script><b>"})
-    '{"name":"\\\\u003c/script\\\\u003e\\\\u003cb\\\\u003e"}'
-    """
-    text = json.dumps(data, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def page(
@@ -121,7 +115,7 @@ def page(
         '<link rel="icon" href="data:,">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style()}</style>\n</head>\n"
         f"<body{attribute}>\n{symbols.table()}<main>\n{body}\n</main>\n"
-        f'<script type="application/json" id="scene">{embedded(scene)}</script>\n'
+        f'<script type="application/octet-stream" id="scene">{packed(scene)}</script>\n'
         f"<script>{code}</script>\n</body>\n</html>\n"
     )
 

@@ -14,7 +14,8 @@ function player(root, scene, options = {}) {
   const listeners = [];
   let motion = new Motion(scene);
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
-  let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
+  let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0, written = null;
+  const heads = [], before = {}; // arrows of the picture; places of its texts, which they keep
 
   // -- elements of the page
   root.classList.add("player");
@@ -78,13 +79,14 @@ function player(root, scene, options = {}) {
       return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
     });
   };
-  let shaft, head, ball, loose; // loose: polylines that change with time, by name
+  let shaft, head, ball, disk, loose; // loose: polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, touching, struck, paths, greatest, tips, span, places;
+  let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, struck, paths, greatest, tips, span, places;
   // Makes everything that is drawn.
   function build() {
     shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
     head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
+    disk = renderer.surface(lathe({ profile: [[0, 0], [1, 0]], around: 96 }).map(plain));
     ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
     [loose, bodies, ground, trails, planes, cones, floor] = [{}, [], [], [], [], null, null];
     shape();
@@ -100,16 +102,15 @@ function player(root, scene, options = {}) {
   }
   // Makes what depends on the motion as a whole.
   function trace() {
-    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? [floor.disk, ...floor.grid] : [])])
+    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? floor.grid : [])])
       if (item) renderer.forget(item);
     cones = null; // made when they are first shown
     bounds = extent(motion, far, fixed);
     trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
     floor = stageFloor(scene, bounds, fixed, size, renderer);
     planes = floor ? [] : scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
-    touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
-    struck = impacts(motion, scene, touching);
-    paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
+    struck = impacts(motion, scene);
+    paths = scene.arrows.map((arrow) => arrow.path);
     greatest = { force: 0, moment: 0 };
     for (const { channel, kind } of scene.arrows) {
       const v = motion.channels[channel].values;
@@ -212,14 +213,15 @@ function player(root, scene, options = {}) {
       followed = now;
     }
     const place = add(eye.target, scale(eye.distance, eye.toward));
-    const far = eye.distance + 2 * length(subtract(bounds.high, bounds.low)) + 10 * size;
-    const camera = view(place, eye.target, eye.up, ANGLE, wide / high, Math.max(eye.distance / 100, far / 5000), far);
+    const beyond = eye.distance + 2 * length(subtract(bounds.high, bounds.low)) + 10 * size;
+    const camera = view(place, eye.target, eye.up, ANGLE, wide / high, Math.max(eye.distance / 100, beyond / 5000), beyond);
     camera.ratio = ratio;
     camera.light = unit(add(camera.back, add(scale(0.7, camera.top), scale(-0.45, camera.right))));
     const texts = [];
+    heads.length = 0;
     renderer.begin(camera);
     const poses = bodies.map((_, i) => motion.pose(i)), still = placed([1, 0, 0, 0], [0, 0, 0]);
-    if (floor) drawFloor(renderer, floor, [[ground, still], ...bodies.map((groups, i) => [groups, poses[i]])]);
+    if (floor) drawFloor(renderer, disk, floor, [[ground, still], ...bodies.map((groups, i) => [groups, poses[i]])]);
     for (const path of planes) renderer.line(path, PALE, 1);
     for (const { color, surface } of ground) renderer.solid(surface, still, color);
     bodies.forEach((groups, i) => groups.forEach(({ color, surface }) => renderer.solid(surface, poses[i], color)));
@@ -235,8 +237,10 @@ function player(root, scene, options = {}) {
     if (on.cones) drawCones(poses);
     if (on.contacts) drawContacts();
     renderer.end();
-    write(texts, camera, ratio);
-    drawCorner(overlay.getContext("2d"), camera, scene, ratio);
+    const pen = overlay.getContext("2d");
+    pen.clearRect(0, 0, overlay.width, overlay.height);
+    written = writeTexts(pen, texts, heads, far.map((list, i) => list.map((p) => point(poses[i], p))), camera, ratio, ANGLE, before);
+    drawCorner(pen, camera, scene, ratio);
     drawn++;
   }
   function drawTrails(poses) {
@@ -269,22 +273,23 @@ function player(root, scene, options = {}) {
       if (!(long > 2e-3 * size)) return;
       const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
       const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 120);
-      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color, tail]);
+      if (shown.length <= 14) texts.push([tip, `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color, tail]);
     });
   }
   const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
   // Draws an arrow, with a double head for a moment; returns its tip.
-  function drawArrow(tail, n, long, double, color, through) {
+  function drawArrow(tail, n, long, moment, color, through) {
     const thick = 0.011 * size, tip = Math.min(0.1 * size, 0.5 * long), wide = Math.min(0.028 * size, 0.3 * long);
-    const end = add(tail, scale(long, n)), heads = double ? [1, 1.7] : [1];
+    const end = add(tail, scale(long, n)), double = moment ? [1, 1.7] : [1];
     renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, through);
-    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, through);
+    for (const k of double) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, through);
+    heads.push([tail, end, double[double.length - 1] * tip, wide]);
     return end;
   }
   // Draws a dark dot where bodies touch, and a red dot where they have struck each other.
   function drawContacts() {
     const r = 0.014 * size;
-    touching.forEach(({ path, closed }) => {
+    scene.touching.forEach(({ path, closed }) => {
       if (closed[motion.index] > 0) renderer.solid(ball, along([0, 0, 1], motion.vector(path), r, r), DARK, 1, true);
     });
     for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);
@@ -299,48 +304,6 @@ function player(root, scene, options = {}) {
       if (length(w) > 0) renderer.line(dynamic(`spin ${body}`, [o, add(o, scale(0.7 * size, unit(w)))]), AXES[0], 2.5);
     }
   }
-  // Returns the pieces of a text with subscripts after "_", each with its place, its height and its font, and the width of all.
-  function pieces(pen, text, ratio) {
-    let x = 0;
-    const result = text.split(/_([^\s_]+)/u).map((piece, k) => {
-      pen.font = `${(k % 2 ? 9 : 12) * ratio}px system-ui, sans-serif`;
-      const placed = [piece, x, k % 2 ? 3.5 * ratio : 0, pen.font];
-      x += pen.measureText(piece).width;
-      return placed;
-    });
-    return [result, x];
-  }
-  // Writes texts over the picture, each beside its point.
-  function write(texts, camera, ratio) {
-    const pen = overlay.getContext("2d");
-    pen.clearRect(0, 0, overlay.width, overlay.height);
-    pen.textBaseline = "middle";
-    pen.lineJoin = "round";
-    const m = camera.matrix, taken = [];
-    const across = (p) => ((1 + point(m, p)[0] / (m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15])) * overlay.width) / 2;
-    for (const [p, text, color, tail] of texts) {
-      const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
-      if (w <= 0 || !text) continue;
-      const [, y] = point(m, p), [parts, wide] = pieces(pen, text, ratio), line = 15 * ratio, x = across(p);
-      const left = tail && x < across(tail) - 4 * ratio; // an arrow to the left has its text left of its tip
-      const px = left ? x - wide - 3 * ratio : x + 3 * ratio;
-      let py = ((1 - y / w) * overlay.height) / 2;
-      const hit = () => taken.some((b) => px < b[0] + b[2] && b[0] < px + wide && Math.abs(py - b[1]) < line);
-      const first = py;
-      for (let k = 1; k < 24 && hit(); k++) py = first + (k % 2 ? 1 : -1) * Math.ceil(k / 2) * line;
-      taken.push([px, py, wide]);
-      pen.strokeStyle = "rgba(255,255,255,0.85)";
-      pen.lineWidth = 3 * ratio;
-      pen.fillStyle = `rgb(${color.map((c) => Math.round(200 * c)).join()})`;
-      for (const draw of [pen.strokeText, pen.fillText]) {
-        for (const [piece, dx, dy, font] of parts) {
-          pen.font = font;
-          draw.call(pen, piece, px + dx, py + dy);
-        }
-      }
-    }
-  }
-
   // -- time
   function seek(time) {
     motion.seek(Math.min(motion.last, Math.max(motion.first, time)));
@@ -490,6 +453,10 @@ function player(root, scene, options = {}) {
     },
     take, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
     listen: (listener) => listeners.push(listener),
+    // Boxes [left, top, right, bottom] of the texts and of the heads of arrows in the picture [pixels of the canvas], and how many texts had no room.
+    get written() {
+      return written;
+    },
     get state() {
       return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };
     },

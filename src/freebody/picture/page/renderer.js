@@ -82,25 +82,26 @@ function webgl(canvas) {
     buffers.add(buffer);
     return buffer;
   };
-  let camera, later, behind;
+  let camera, later, behind, used = null;
 
   const use = (names, buffer, layout, stride) => {
-    gl.useProgram(names.program);
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    for (const location of [0, 1, 2]) gl.disableVertexAttribArray(location);
-    for (const [name, size, offset] of layout) {
-      const location = names.attributes[name];
-      gl.enableVertexAttribArray(location);
-      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+    if (used !== names) { // both programs have three attributes
+      gl.useProgram(names.program);
+      for (const [name] of layout) gl.enableVertexAttribArray(names.attributes[name]);
+      gl.uniformMatrix4fv(names.uniforms.eye, false, camera.matrix);
+      if (names === solids) {
+        gl.uniform3fv(names.uniforms.light, camera.light);
+        gl.uniform3fv(names.uniforms.camera, camera.eye);
+      } else gl.uniform2f(names.uniforms.pixels, canvas.width / 2, canvas.height / 2);
+      used = names;
     }
-    gl.uniformMatrix4fv(names.uniforms.eye, false, camera.matrix);
+    for (const [name, size, offset] of layout) gl.vertexAttribPointer(names.attributes[name], size, gl.FLOAT, false, 4 * stride, 4 * offset);
   };
   const drawSolid = (surface, matrix, color, opacity, lit = 1) => {
     use(solids, surface.buffer, [["position", 3, 0], ["normal", 3, 3], ["tone", 1, 6]], STRIDE);
     gl.uniformMatrix4fv(solids.uniforms.model, false, matrix);
     gl.uniform3fv(solids.uniforms.color, color);
-    gl.uniform3fv(solids.uniforms.light, camera.light);
-    gl.uniform3fv(solids.uniforms.camera, camera.eye);
     gl.uniform1f(solids.uniforms.opacity, opacity);
     gl.uniform1f(solids.uniforms.lit, lit);
     gl.drawArrays(gl.TRIANGLES, 0, surface.count);
@@ -131,6 +132,7 @@ function webgl(canvas) {
       camera = view;
       later = [];
       behind = [];
+      used = null;
       gl.viewport(0, 0, canvas.width, canvas.height);
       gl.clearColor(...PAPER, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -149,7 +151,6 @@ function webgl(canvas) {
       if (last <= first) return;
       if (under) gl.disable(gl.DEPTH_TEST);
       use(lines, path.buffer, [["a", 3, 0], ["b", 3, 3], ["corner", 2, 6]], 8);
-      gl.uniform2f(lines.uniforms.pixels, canvas.width / 2, canvas.height / 2);
       gl.uniform1f(lines.uniforms.width, (width * camera.ratio) / 2);
       gl.uniform3fv(lines.uniforms.color, color);
       gl.uniform1f(lines.uniforms.opacity, opacity);

@@ -33,6 +33,7 @@ from ...version import VERSION
 from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
+from . import prose
 from .animation import frames_of, scene_of
 from .answers import answers_table
 from .browser import Browser
@@ -306,7 +307,7 @@ def _equations(
     """Diagrams, free-body equations and equations of motion."""
     parts = [
         _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
-        f"<h2>Free-body equations{heading}</h2>",
+        f"<h2>Free-body equations{heading}</h2>\n<p>{prose.laws(e, symbols.glyphs.line)}</p>",
     ]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
@@ -321,11 +322,14 @@ def _free_body(e: Equations, name: str, symbols: Symbols) -> str:
         found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
     else:
         found = list(body.planar_equations)
-    return symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
+    bodies = list(e.model.bodies)
+    said = prose.actions(e, name, bodies[: bodies.index(name)], symbols.name)
+    return f"<p>{said}</p>\n" + symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
 
 
 def _motion(e: Equations, symbols: Symbols) -> str:
-    return symbols.formula(e.latex(), [*[""] * len(e.heading), *map(str, e.motion)])
+    said = f"<p>{prose.motion(e, symbols.name)}</p>\n"
+    return said + symbols.formula(e.latex(), [*[""] * len(e.heading), *map(str, e.motion)])
 
 
 def _or_refusal(part: Callable[[], str]) -> str:
@@ -478,7 +482,7 @@ def png(picture: Any) -> bytes:
 
 def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
     """Version, number of steps, and accuracy."""
-    keys, lifted = len(base64.b64decode(scene["t"])) // 4, trajectory.energy.correction
+    keys, lifted = len(scene["t"]), trajectory.energy.correction
     apart = ""
     if lifted is not None and lifted.any():
         apart = (
@@ -489,5 +493,5 @@ def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
         f"{trajectory.energy.relative_residual:.1e}. {apart}"
         f"{keys} keyframes; between them the page interpolates to {scene['tolerance']:.1g} of the extent or the "
-        "greatest value. Its numbers are 32-bit floats.</footer>"
+        "greatest value.</footer>"
     )

@@ -6,8 +6,6 @@ follows from the outputs of a frame (`moving.live.Outputs`) and from the paramet
 
 from __future__ import annotations
 
-import base64
-import gzip
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +74,7 @@ def simulator(
         if slider["group"] == "initial":
             slider["unit"] = unit_of(trajectory, slider["name"])
     return {
-        "module": base64.b64encode(gzip.compress(module.code, 9, mtime=0)).decode("ascii"),
+        "module": np.frombuffer(module.code, dtype=np.uint8),
         "record": module.address,
         "fields": {name: list(place) for name, place in module.fields.items()},
         "sliders": found,

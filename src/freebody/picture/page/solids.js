@@ -96,7 +96,7 @@ function ellipsoid({ radii }, size = 0) {
 }
 
 function mesh({ vertices, faces }) {
-  const v = floats(vertices), f = integers(faces), out = new Float32Array(STRIDE * f.length);
+  const v = vertices, f = faces, out = new Float32Array(STRIDE * f.length);
   for (let i = 0; i < f.length; i += 3) {
     const [a, b, c] = [0, 1, 2].map((k) => Array.from(v.subarray(3 * f[i + k], 3 * f[i + k] + 3)));
     const n = unit(cross(subtract(b, a), subtract(c, a)));

@@ -30,12 +30,10 @@ function stageFloor({ up, gravity, ground }, { low, high, points }, fixed, size,
     }
     return renderer.path(new Float32Array(result));
   };
-  const disk = lathe({ profile: [[0, 0], [1, 0]], around: 96 }).map(plain);
   // shadows fall along the direction d: p - d (n·(p - at))/(n·d)
   const d = unit(add(scale(-1, up), add(scale(0.3, a), scale(0.18, b)))), k = 1 / dot(up, d);
   const column = (i) => [0, 1, 2].map((j) => (i === j ? 1 : 0) - k * d[j] * up[i]);
   return {
-    disk: renderer.surface(disk),
     pose: along(up, at, radius, 1),
     grid: [chords(a, b), chords(b, a)],
     shadow: columns(column(0), column(1), column(2), scale(k * dot(up, at), d)),
@@ -48,7 +46,7 @@ function round(x) {
   return power * [5, 2, 1].find((k) => k * power <= x * (1 + 1e-9));
 }
 
-function drawFloor(renderer, { disk, pose, grid, shadow }, groups) {
+function drawFloor(renderer, disk, { pose, grid, shadow }, groups) {
   renderer.floor(disk, pose, FLOOR);
   for (const [surfaces, matrix] of groups)
     for (const { surface } of surfaces) renderer.floor(surface, product(shadow, matrix), SHADOW);

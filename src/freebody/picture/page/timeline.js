@@ -62,7 +62,7 @@ function timeline(root, measured, scene, motion, seek) {
 }
 
 // Time and place of the first 100 impacts, for each contact that the text of an event names.
-function impacts(motion, scene, touching) {
+function impacts(motion, scene) {
   const struck = [], names = scene.touching.map(({ name }) => name);
   for (const [time, text] of scene.events) {
     const at = text.indexOf(": impact");
@@ -70,7 +70,7 @@ function impacts(motion, scene, touching) {
     if (i < 0 || struck.length >= 100) continue;
     let k = 0;
     while (k + 1 < motion.t.length && motion.t[k + 1] <= Math.fround(time)) k++;
-    struck.push([time, Array.from(touching[i].path.subarray(3 * k, 3 * k + 3))]);
+    struck.push([time, Array.from(scene.touching[i].path.subarray(3 * k, 3 * k + 3))]);
   }
   return struck;
 }

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from functools import cache
 from html import escape
 from typing import Any
 
 import numpy as np
 
+from ...typesetting.glyphs import EM, path
 from ...typesetting.plain import plain_line
 from .labels import outline
 from .sheet import Arrow, Circle, Group, Label, Line, Sheet, Style
-
-# matplotlib's path codes: stop, move, line, quadratic, cubic, close
-_LETTERS = {1: "M", 2: "L", 3: "Q", 4: "C"}
 
 
 def svg(sheet: Sheet) -> str:
@@ -69,26 +68,22 @@ class _Writer:
         return "\n".join(parts)
 
     def _label(self, label: Label) -> str:
-        shape = outline(label.tex)
-        low = np.array(shape.box[:2])
-        points = label.at + (shape.vertices - low) * label.size
-        parts = []
-        i = 0
-        while i < len(shape.codes):
-            code = int(shape.codes[i])
-            if code in _LETTERS:
-                count = {1: 1, 2: 1, 3: 2, 4: 3}[code]
-                run = " ".join(f"{x - self.left:.2f} {self.top - y:.2f}" for x, y in points[i : i + count])
-                parts.append(_LETTERS[code] + run)
-                i += count
-            else:
-                parts.append("Z")
-                i += 1
+        left, bottom, *_ = outline(label.tex).box
+        x, y = label.at - label.size * np.array([left, bottom])
+        em = label.size / EM
         words = escape(plain_line(label.tex))
         return (
             f'<path class="label" data-tex="{escape(label.tex)}" role="img" aria-label="{words}" '
-            f'd="{"".join(parts)}" fill="{label.color}"/>'
+            f'transform="matrix({em:.6g} 0 0 {em:.6g} {x - self.left:.2f} {self.top - y:.2f})" '
+            f'd="{_letters(label.tex)}" fill="{label.color}"/>'
         )
+
+
+@cache
+def _letters(tex: str) -> str:
+    """Outline of a line of text as data of an SVG path, in thousandths of an em."""
+    shape = outline(tex)
+    return path((EM * shape.vertices).round(), tuple(shape.codes))
 
 
 def _style(style: Style) -> str:

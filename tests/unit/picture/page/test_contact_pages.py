@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,8 @@ from freebody.picture.page.live import Live
 G = 9.81
 
 
-def floats(text: str, *shape: int) -> np.ndarray:
-    return np.frombuffer(base64.b64decode(text), dtype="<f4").reshape(-1, *shape)
+def floats(values: Any, *shape: int) -> np.ndarray:
+    return np.asarray(values, dtype=np.float32).reshape(-1, *shape)
 
 
 @pytest.fixture(scope="module")
