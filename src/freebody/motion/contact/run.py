@@ -92,6 +92,8 @@ def answered(work: ContactRun, question: int) -> None:
         choose_features(work)
     elif question == event_run.OTHER_PLACES:
         choose_features(work)
+    elif question == event_run.OTHER_METHOD:
+        work.change_method()
     elif question != event_run.PAUSE:
         raise refusal(work, question)
 

@@ -16,8 +16,8 @@ from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
 from ..ode import loops
-from ..ode.dense_output import Array
-from ..ode.run import equip, memory, most_events
+from ..ode.dense_output import Array, Rates
+from ..ode.run import Run, equip, memory, most_events
 from ..phase.scene import Phase, Scene, functions, scene_of
 from ..phase.snapshot import Snapshot
 from ..request import Problem
@@ -31,10 +31,18 @@ KERNELS = {
     "accelerations": "acceleration", "forces": "force", "watched": "watched",
 }  # fmt: skip
 """Functions of `phase_kernels` and its kin that the loop calls."""
+IMPLICIT = "radau"
+"""Method of the steps where the friction of a slow slip in space is stiff."""
 AT_ONCE = 300
 """Number of rows up to which the contact problem has room for all of them from the start."""
 LOG = 1 << 12
 """First number of rows of the log."""
+
+
+def _piece(method: str) -> int:
+    """Return the address of the compiled steps of a method."""
+    address: int = loops.functions(method).functions["piece"].address
+    return address
 
 
 class ContactRun:
@@ -92,33 +100,18 @@ class ContactRun:
         watched = (*problem.expressions, *expressions_of(self.model, calls))
         phase = self.equip(watched)
         rates = phase.rates_of(self.program, self.phase)
-        m = len(self.specs) + len(scene.endings)
         stops = 0 if self.patches is None else self.patches.functions_count
-        m += stops
-        self.steps, own = memory(self.method, it.n_y, m)
-        run, search = self.steps, self.steps.search
-        equip(run, own, rates)
-        run.relative[:], run.absolute[:] = relative, absolute
-        run.required = len(self.specs)
-        search.functions, search.c = self.program.address("watched"), self.phase
-        search.guarded = m - len(self.specs)
-        search.directions[:] = [
-            *(spec.direction for spec in self.specs),
-            *[-1] * (stops + len(scene.endings)),
-        ]
-        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * (stops + len(scene.endings))]
-        logged = PIECE + most_events(m) + 1
-        buffer = np.empty((PIECE + 1) * (2 + it.n_y))
-        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
-        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
-        search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
-        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        self.endings = stops + len(scene.endings)
+        self.steps = self._steps(self.method, rates)
+        self.steps.stop_if_stiff = int(request.method == "auto")
+        logged = len(self.steps.search.log_times)
         it.moving, it.refuse = scene.candidates.moving, not self.shared
         it.sequential = request.impacts == "sequential"
         it.followed = len(self.specs) + stops if stops else 0
         it.asked, it.crossed = self.asked, logged if self.asked else 0
         self.constants_kept = rates
-        it.piece = loops.functions(self.method).functions["piece"].address
+        it.piece, it.implicit = _piece(self.method), 0
+        self._other: Run | None = None
         it.final = np.array([*(spec.terminal for spec in self.specs), 0], dtype=np.int64)
         it.longest = request.longest_step
         it.steps_left = problem.most_steps
@@ -126,6 +119,34 @@ class ContactRun:
         it.last = it.met_at = -math.inf
         self.told: list[Any] = []
         self._log_rows(LOG, LOG, LOG)
+
+    def _steps(self, method: str, rates: Rates) -> Run:
+        """Return the memory of steps by a method, with the functions that end them."""
+        m, n = len(self.specs) + self.endings, self.it.n_y
+        run, own = memory(method, n, m)
+        search = run.search
+        equip(run, own, rates)
+        run.relative[:], run.absolute[:] = self.relative, self.absolute
+        run.required = len(self.specs)
+        search.functions, search.c = self.program.address("watched"), self.phase
+        search.guarded = self.endings
+        search.directions[:] = [*(spec.direction for spec in self.specs), *[-1] * self.endings]
+        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * self.endings]
+        logged = PIECE + most_events(m) + 1
+        buffer = np.empty((PIECE + 1) * (2 + n))
+        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
+        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, n)
+        search.log_times, search.log_states = np.empty(logged), np.empty((logged, n))
+        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        return run
+
+    def change_method(self) -> None:
+        """Let implicit steps take the place of explicit ones, or these of those."""
+        it = self.it
+        if self._other is None:
+            self._other = self._steps(IMPLICIT, self.constants_kept)
+        self.steps, self._other, it.implicit = self._other, self.steps, 1 - it.implicit
+        it.piece = _piece(IMPLICIT if it.implicit else self.method)
 
     def equip(self, watched: Sequence[Any] = ()) -> Phase:
         """Give the memory its kernels, compiled if they are not yet, with these functions of the user."""

@@ -13,7 +13,7 @@ import math
 
 from ...native.instructions import compiled, lesser, root, run_by
 from ..cones.contacts import Contacts
-from ..ode.layout import FINISHED, RUNNING, TERMINAL
+from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -27,6 +27,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
+from .stiffness import is_slow
 
 
 @compiled
@@ -88,7 +89,7 @@ def break_off(it: EventRun, status: int) -> None:
     if it.stage != event_run.FOLLOW:
         it.first_row = it.logged
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, status, 0, 0, 0, 0)
+    log_phase(it, status, 0, 0, 0, event_run.STEPS)
 
 
 # -- at an event -----------------------------------------------------------------------------------------
@@ -96,7 +97,9 @@ def break_off(it: EventRun, status: int) -> None:
 
 @compiled
 def arrive(it: EventRun) -> int:
-    """Count the events of this moment."""
+    """Count the events of this moment. Steps are explicit again."""
+    if it.implicit != 0:
+        return event_run.OTHER_METHOD
     it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
@@ -194,7 +197,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         if it.t >= it.target:
             it.first_row = it.logged
             log_state(it, it.t, it.y, 0.0)
-            log_phase(it, FINISHED, 0, 0, 0, 0)
+            log_phase(it, FINISHED, 0, 0, 0, event_run.STEPS)
             return FINISHED
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
@@ -257,7 +260,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
     if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    run.room = event_run.PIECE if it.steps_left > event_run.PIECE else it.steps_left
+    piece = event_run.PIECE if it.implicit == 0 else event_run.FEW
+    run.room = piece if it.steps_left > piece else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
@@ -271,6 +275,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     it.budget -= n
     it.t = run.times[n]
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
+    if status == RUNNING and it.implicit != 0 and is_slow(run) != 0:
+        status = STIFF
     if status == RUNNING:
         if it.steps_left > 0:
             return event_run.PAUSE if it.budget <= 0 else RUNNING
@@ -283,10 +289,14 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends."""
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, status, run.rejected, run.evaluated, run.stiffness, 0)
+    kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
+    log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     wrong = depth(it)
     if wrong != 0:
         return wrong
+    if status == STIFF:  # the phase goes on by the other method
+        it.stage = event_run.LAUNCH
+        return event_run.OTHER_METHOD
     clear_reasons(it, event_run.NO_REASON)
     code = status
     if status == FINISHED and it.resting != 0 and it.until < it.target:

@@ -37,8 +37,8 @@ BOUNCES = 40
 """Number of impacts that are remembered, in search of cycles."""
 PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
-PIECE = 256
-"""Number of steps between two looks at the memory."""
+PIECE, FEW = 256, 16
+"""Number of steps between two looks at the memory; of implicit ones between two looks at what makes them so."""
 
 # Where the loop goes on.
 ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(10)
@@ -62,9 +62,13 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
-) = range(100, 117)
+    OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
+) = range(100, 118)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
+
+# How the rows of a phase follow each other: by steps of the method, by one straight step, by implicit steps.
+STEPS, STRAIGHT, IMPLICIT = range(3)
 
 # Entries of the log.
 PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
@@ -111,6 +115,7 @@ class EventRun(Record):
     ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``impulses``                  work of impacts and blows
+    ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
@@ -181,6 +186,7 @@ class EventRun(Record):
     crowd: Whole
     last: Real
     impulses: Real
+    implicit: Whole
     budget: Whole
     steps_left: Whole
     phases: Whole

@@ -159,7 +159,7 @@ def log_leap(it: EventRun, begun: float, length: float) -> None:
     it.first_row = it.logged
     log_state(it, begun, it.start, length)
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, FINISHED, 0, 0, 0, 1)
+    log_phase(it, FINISHED, 0, 0, 0, event_run.STRAIGHT)
 
 
 # -- the last moment -------------------------------------------------------------------------------------

@@ -55,6 +55,9 @@ I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 NODES = (C1, C2, 1.0)
 KAPPA = 1e-2
 """The iteration ends when its remaining error is below this fraction of the tolerance."""
+TURNS, TURNS_OF_KNOWN = 10, 100
+"""Limits on the turns of the iteration: of a step that may be shortened, and of one that is part of a known step, where
+the change may grow in between."""
 
 
 @compiled
@@ -63,6 +66,21 @@ def prepare(run: Run, fresh: Truth) -> None:
     own = Newton(run.own)
     own.length_before = own.length = own.saved_length = own.factored = own.convergence = 0.0
     own.fresh = own.good = 0
+
+
+@compiled
+def expect(run: Run, length: float) -> None:
+    """Let `guess` take the parabola from y to ``end`` with the rates there, as if a step backwards came before.
+
+    The rates at y may belong to a motion that has decayed at the end.
+    """
+    own = Newton(run.own)
+    own.length_before = -length
+    for s in unrolled(3):
+        x = 1.0 - NODES[s]
+        for i in range(run.n):
+            change = run.end[i] - run.y[i]
+            own.before[s, i] = (x - 1.0) * (change + x * (length * run.k[12, i] - change))
 
 
 @compiled
@@ -242,7 +260,7 @@ def newton(run: Run, own: Newton, h: float) -> int:
     guess(run, own, h)
     last = 0.0
     rate = 1.0
-    for turn in range(10):
+    for turn in range(TURNS if own.length_before >= 0.0 else TURNS_OF_KNOWN):
         for s in unrolled(3):
             for i in range(n):
                 run.argument[i] = run.y[i] + z[s, i]
@@ -284,11 +302,13 @@ def newton(run: Run, own: Newton, h: float) -> int:
             round_off = greater(round_off, change / (1.0 + old))
         if turn > 0:
             rate = size / last if last > 0.0 else 0.0
-            if rate >= 0.99 and round_off > 1e-13:
-                return 1
         own.convergence = rate
-        if size == 0.0 or round_off <= 1e-16 or (turn > 0 and rate >= 0.99):
+        if size == 0.0 or round_off <= 1e-16:
             return 0
+        if turn > 0 and rate >= 0.99 and (round_off <= 1e-13 or size <= KAPPA):
+            return 0
+        if turn > 0 and rate >= 0.99 and own.length_before >= 0.0:
+            return 1
         if turn > 0 and rate < 1.0 and rate / (1.0 - rate) * size <= KAPPA:
             return 0
         last = size
@@ -401,7 +421,7 @@ def accept(run: Run, good: Truth) -> None:
 
 
 METHOD = Method(
-    name="radau", order=5, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
-    accept=accept, alpha=0.25, smallest=0.125, greatest=8.0,
+    name="radau", order=5, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, expect=expect,
+    hold=hold, accept=accept, alpha=0.25, smallest=0.125, greatest=8.0,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

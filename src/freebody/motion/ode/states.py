@@ -155,6 +155,11 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
             run.rates(run.t, run.y, run.c, run.k[0])
             if method.prepare is not None:
                 method.prepare(run, True)
+            if method.expect is not None and high > low:
+                for i in range(n):
+                    run.end[i] = run.states[high, i]
+                run.rates(times[high], run.end, run.c, run.k[12])
+                method.expect(run, times[high] - run.t)
         x = (t - run.t) / run.h
         from_dense = dense != 0 or method.single_step
         if fresh or not from_dense:
