@@ -27,6 +27,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
+from .speeds import step_of_speeds
 from .stiffness import is_slow
 
 
@@ -202,11 +203,31 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
     it.stage = event_run.LAUNCH
-    if begin_slip(it, contacts, end, longest) != 0:
+    changed = begin_slip(it, contacts, end, longest)
+    if changed < 0 and it.resting == 0 and decided_by_speeds(it, contacts, end - it.t) != 0:
+        return RUNNING
+    if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
         set_up(it, contacts)
     return RUNNING
+
+
+@compiled
+def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
+    """Pass a step of the speeds where slips begin and end faster than events tell; return 1 if it did, else 0.
+
+    Steps that follow each other are twice as long each.
+    """
+    again = it.t - it.leapt <= 2.0 * it.leap
+    length = 2.0 * it.leap if again else event_run.SHORTEST
+    if length > lesser(event_run.LONGEST, longest) or step_of_speeds(it, contacts, length) == 0:
+        return 0
+    it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
+    for k in range(it.contacts):
+        if it.reason[k] == event_run.CONE_REACHED:
+            it.reason[k] = event_run.NO_REASON
+    return 1
 
 
 # -- a phase ---------------------------------------------------------------------------------------------

@@ -31,6 +31,8 @@ ENDLESS = 200
 LONGEST = 1e-6
 """Greatest length of a straight step [s]; a slip that would take longer to begin, or longer than a contact needs to
 return, is nudged."""
+SHORTEST = LONGEST / 10
+"""Length of the first step of the speeds alone [s]."""
 SLOW = 10 * STOPPED
 """Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 BOUNCES = 40
@@ -114,6 +116,7 @@ class EventRun(Record):
     ``until``, ``resting``        end of the remaining bounces, and 1 while they last
     ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
+    ``leap``, ``leapt``           length and end of the last step of the speeds alone
     ``impulses``                  work of impacts and blows
     ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
@@ -185,6 +188,8 @@ class EventRun(Record):
     rest_left: Real
     crowd: Whole
     last: Real
+    leap: Real
+    leapt: Real
     impulses: Real
     implicit: Whole
     budget: Whole

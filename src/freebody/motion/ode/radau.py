@@ -55,7 +55,7 @@ I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 NODES = (C1, C2, 1.0)
 KAPPA = 1e-2
 """The iteration ends when its remaining error is below this fraction of the tolerance."""
-TURNS, TURNS_OF_KNOWN = 10, 100
+TURNS, TURNS_OF_KNOWN = 10, 1000
 """Limits on the turns of the iteration: of a step that may be shortened, and of one that is part of a known step, where
 the change may grow in between."""
 
@@ -84,11 +84,11 @@ def expect(run: Run, length: float) -> None:
 
 
 @compiled
-def derivative(run: Run, own: Newton) -> None:
-    """Compute J at y by columns."""
+def derivative(run: Run, own: Newton, y: Reals) -> None:
+    """Compute J at a state by columns."""
     n, pair = run.n, own.pair
     for i in range(n):
-        pair[i] = run.y[i]
+        pair[i] = y[i]
         pair[n + i] = 0.0
     for k in range(n):
         pair[n + k] = 1.0
@@ -327,17 +327,22 @@ def weight(relative: float) -> float:
 def attempt(run: Run, h: float) -> int:
     """Take one step of length ``h`` from y to y_new, with its error."""
     own, n = Newton(run.own), run.n
-    failed = 1
+    failed, known = 1, own.length_before < 0.0
     for turn in range(2):
         if own.fresh == 0 and (turn > 0 or own.good == 0):
-            derivative(run, own)
+            derivative(run, own, run.y)
             own.fresh = 1
+            own.factored = 0.0
+        elif turn > 0:  # of a known step, where the motion may decay faster at the end
+            derivative(run, own, run.end)
             own.factored = 0.0
         if own.factored != h:
             factorize(own, n, h)
             own.factored = h
         failed = newton(run, own, h)
-        if failed == 0 or own.fresh != 0:
+        if failed == 0 or (own.fresh != 0 and not known):
+            if turn > 0 and known:
+                own.fresh = 0
             break
     if failed == 2:
         for i in range(n):
