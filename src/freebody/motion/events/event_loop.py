@@ -23,7 +23,7 @@ from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
-from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
+from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look, slip_speed
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
@@ -117,10 +117,23 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     if status != 0:
         return status
     it.stage = event_run.SETTLE
+    if it.crowd % event_run.CROWDED == event_run.CROWDED - 1 and it.hit == 0 and slow_slips(it) > 0:
+        if decided_by_speeds(it, contacts, it.target - it.t) != 0:
+            return RUNNING
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
     return event_run.OPEN_IMPULSES if it.hit != 0 and it.refuse != 0 and it.open != 0 else RUNNING
+
+
+@compiled
+def slow_slips(it: EventRun) -> int:
+    """Return the number of slips in space of closed contacts below `SLOW`."""
+    found = 0
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
+            found += 1
+    return found
 
 
 @compiled
@@ -459,7 +472,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
 def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead."""
     if it.stage == event_run.HALTED:
-        return judge(it, run)
+        return judge(it, run, contacts)
     for k in range(it.contacts):
         if it.stopping[k] != 0:
             it.stopping[k] = 0
@@ -467,6 +480,8 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
             if changed < 0:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)
+                for j in range(it.contacts):
+                    it.way_before[j, 0], it.way_before[j, 1] = it.way[j, 0], it.way[j, 1]
                 choose(it)
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
@@ -479,16 +494,19 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def judge(it: EventRun, run: Run) -> int:
+def judge(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Keep the state without slip if the contact sticks in it; otherwise the slip has only just begun."""
     sticks = it.mode[it.begun] == laws.STICK
     copy_wholes(it.before, it.mode, it.contacts)
+    for k in range(it.contacts):
+        it.way[k, 0], it.way[k, 1] = it.way_before[k, 0], it.way_before[k, 1]
     it.stage = event_run.HALT
     if sticks:
         it.impulses += it.rest_left
     else:
         copy(it.kept, it.y, it.n_y)
         look(it)
+        set_up(it, contacts)  # the decision has written the equations of its own modes
         if it.halting != 0:
             begin_steps(it, run, it.target)
     return RUNNING

@@ -28,6 +28,8 @@ PHASES = 100_000
 """Largest number of phases of one run."""
 ENDLESS = 200
 """Number of mode changes at one moment above which they are refused as endless."""
+CROWDED = 16
+"""Number of events at one moment after which slow slips in space are decided together."""
 LONGEST = 1e-6
 """Greatest length of a straight step [s]; a slip that would take longer to begin, or longer than a contact needs to
 return, is nudged."""
@@ -248,6 +250,7 @@ class EventRun(Record):
     measure: Annotated[Row, "contacts"]
     flight: Annotated[Row, "contacts"]
     way: Annotated[Rows, "contacts", 2]
+    way_before: Annotated[Rows, "contacts", 2]
     force: Annotated[Row, "rows"]
     active: Annotated[Wholes, "rows"]
     actives: Whole
