@@ -23,11 +23,11 @@ from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
-from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look, slip_speed
+from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
-from .speeds import step_of_speeds
+from .speeds import decided_by_speeds, slow_slips
 from .stiffness import is_slow
 
 
@@ -117,23 +117,13 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     if status != 0:
         return status
     it.stage = event_run.SETTLE
-    if it.crowd % event_run.CROWDED == event_run.CROWDED - 1 and it.hit == 0 and slow_slips(it) > 0:
-        if decided_by_speeds(it, contacts, it.target - it.t) != 0:
-            return RUNNING
+    crowded = it.crowd % event_run.CROWDED == event_run.CROWDED - 1 and it.hit == 0 and slow_slips(it) > 0
+    if crowded and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+        return RUNNING
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
     return event_run.OPEN_IMPULSES if it.hit != 0 and it.refuse != 0 and it.open != 0 else RUNNING
-
-
-@compiled
-def slow_slips(it: EventRun) -> int:
-    """Return the number of slips in space of closed contacts below `SLOW`."""
-    found = 0
-    for k in range(it.contacts):
-        if it.closed[k] != 0 and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
-            found += 1
-    return found
 
 
 @compiled
@@ -224,23 +214,6 @@ def setting(it: EventRun, contacts: Contacts) -> int:
             return FINISHED
         set_up(it, contacts)
     return RUNNING
-
-
-@compiled
-def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
-    """Pass a step of the speeds where slips begin and end faster than events tell; return 1 if it did, else 0.
-
-    Steps that follow each other are twice as long each.
-    """
-    again = it.t - it.leapt <= 2.0 * it.leap
-    length = 2.0 * it.leap if again else event_run.SHORTEST
-    if length > lesser(event_run.LONGEST, longest) or step_of_speeds(it, contacts, length) == 0:
-        return 0
-    it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
-    for k in range(it.contacts):
-        if it.reason[k] == event_run.CONE_REACHED:
-            it.reason[k] = event_run.NO_REASON
-    return 1
 
 
 # -- a phase ---------------------------------------------------------------------------------------------

@@ -11,14 +11,14 @@ Source: J. J. Moreau, Unilateral contact and dry friction in finite freedom dyna
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, run_by
+from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import choose, copy, look
+from .moment import choose, copy, look, slip_speed
 from .setting import normalise
 from .slips import log_leap
 
@@ -72,3 +72,30 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
+    """Pass a step of the speeds where slips begin and end faster than events tell; return 1 if it did, else 0.
+
+    Steps that follow each other grow to twice their length, up to `LONGEST`.
+    """
+    again = it.t - it.leapt <= 2.0 * it.leap
+    length = lesser(2.0 * it.leap, event_run.LONGEST) if again else event_run.SHORTEST
+    if length > longest or step_of_speeds(it, contacts, length) == 0:
+        return 0
+    it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
+    for k in range(it.contacts):
+        if it.reason[k] == event_run.CONE_REACHED:
+            it.reason[k] = event_run.NO_REASON
+    return 1
+
+
+@compiled
+def slow_slips(it: EventRun) -> int:
+    """Return the number of slips in space of closed contacts below `SLOW`."""
+    found = 0
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
+            found += 1
+    return found

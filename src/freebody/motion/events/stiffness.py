@@ -1,7 +1,7 @@
 """When explicit steps are to follow implicit ones, in compiled code: friction of a slow slip in space is stiff.
 
-The direction of a slip of the speed v follows the load at the rate λ = μ N / (m v). From rest, where μ_s N is reached, v
-grows from zero with the square of time, and explicit steps, h < 6/λ, are thousands. Implicit ones grow with v.
+The direction of a slip of the speed v follows the load at the rate λ = μ N / (m v). From rest, where μ_s N is reached,
+v grows from zero with the square of time, and explicit steps, h < 6/λ, are thousands. Implicit ones grow with v.
 """
 
 from __future__ import annotations

@@ -41,8 +41,8 @@ KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
 """Kinds of modes, in the order of their numbers (`laws`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
-    "rates", "tangent", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "static_friction",
-    "watched", "looked", "set_modes",
+    "rates", "tangent", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force",
+    "static_friction", "watched", "looked", "set_modes",
 )  # fmt: skip
 _MODULES = tuple(
     loop.sibling(__name__, name) for name in ("phase_kernels", "projection", "endings", "mode_conditions")
@@ -253,7 +253,9 @@ class Phase:
         moved = self.model.n_q + self.model.n_u
         return cast(
             DataProgram,
-            self._program("motion", lambda: self.data({"rates": self.size, "tangent": self.size, "projection": moved})),
+            self._program(
+                "motion", lambda: self.data({"rates": self.size, "tangent": self.size, "projection": moved})
+            ),
         )
 
     def contact(self) -> DataProgram:
@@ -296,7 +298,12 @@ class Phase:
             moved, count = self.model.n_q + self.model.n_u, len(expressions)
             if patches is not None:
                 values, count = patches.with_values(values, count), count + patches.functions_count
-            sizes = {"rates": self.size, "tangent": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
+            sizes = {
+                "rates": self.size,
+                "tangent": self.size,
+                "projection": moved,
+                "watched": count + len(self.scene.endings),
+            }
             return self.data(sizes, values=values, count=count, whole=True)
 
         return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
