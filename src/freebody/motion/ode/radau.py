@@ -9,8 +9,8 @@ real and one complex system,
     (γ/h - J) ΔW_1 = ...,   ((α + iβ)/h - J) (ΔW_2 + iΔW_3) = ...
 
 whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
-derivative of f along e_k, recorded from the trace of f (`Rates.method_kernels`). It is evaluated again unless the last
-step converged at once.
+derivative of f along e_k, recorded from the trace of f (`Rates.method_kernels`); of a phase of contacts it is a
+difference (`phase_kernels.tangent`). It is evaluated again unless the last step converged at once.
 
 The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more if it would reject the step. Its order is
 3, so tolerance r stands for 0.1 r^(2/3). The dense output is the collocation polynomial, of order 3.
