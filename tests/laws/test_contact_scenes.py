@@ -6,7 +6,9 @@ import pytest
 import sympy
 
 import freebody as fb
+from cone_problems import Touching
 from contact_machines import momenta
+from enumeration import solutions
 from freebody.dynamics import float_state
 from freebody.dynamics.conditions.contact import touches
 from freebody.dynamics.kinematics import point_position
@@ -218,13 +220,30 @@ def test_scenes_in_space(seed):
     check(*space_scene(seed), 2.0, seed)
 
 
+def motions(problem):
+    """All sets of modes that satisfy the laws of a contact problem of the loop, by trying each."""
+    contacts = []
+    for i in range(problem.contacts):
+        n = int(problem.tangents[i])
+        way = np.array(problem.way[2 * i : 2 * i + n]) if problem.slides[i] else None
+        coefficients = float(problem.friction[i]), float(problem.static[i])
+        contacts.append(Touching(f"c{i}", int(problem.at[i]), n, *coefficients, way))
+    m = problem.rows
+    return solutions(np.array(problem.A[: m * m]).reshape(m, m), np.array(problem.given[:m]), contacts)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
 def test_all_scenes_in_the_plane(seed):
     try:
         check(*plane_scene(seed), 2.5, seed)
-    except fb.errors.SimulationError as error:  # a box struck at rest may tip about one foot or slide on both
-        assert "2 different motions are consistent" in str(error), error
+    except (
+        fb.errors.SimulationError
+    ) as error:  # a box struck at rest may tip about one foot or slide on both (3)
+        several, none = (x in str(error) for x in ("different motions are consistent", "no set of modes is"))
+        assert (several or none) and seed in (3, 11), error
+        found = motions(error.trajectory.course.history.work.problem)
+        assert len(found) > 1 if several else not found
 
 
 REFUSED = ("shared in proportion to N, has reached", "no set of modes is consistent", "would create energy")

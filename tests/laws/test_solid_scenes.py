@@ -210,8 +210,10 @@ def thrown_on_a_box(seed):
 
 
 # refused before: features that change back by round-off as faces meet (13, 65, 68), cones reached again and again
-# by noise of the directions of slow slips (94, 140), an impact that is solved to 1.3e-10 of the speeds only (12)
-@pytest.mark.parametrize("seed", [13, 65, 68, pytest.param(12, marks=pytest.mark.slow)])
+# by noise of the directions of slow slips (140; 33, 139), an impact that is solved to 1.3e-10 of the speeds only (12)
+@pytest.mark.parametrize(
+    "seed", [13, 65, 68, 140, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (12, 33, 139))]
+)
 def test_a_box_thrown_on_a_box_by_events(seed):
     s, start = thrown_on_a_box(seed)
     motion = fb.simulate(s, 0.8, initial=start)

@@ -91,6 +91,26 @@ def test_thrown_coins_of_two_circular_edges_keep_the_laws(seed):
     assert len(rolling) == 1
 
 
+def test_slips_that_begin_at_the_limit_of_friction_take_few_steps():
+    """Friction of a slow slip in space is stiff: explicit steps are 2288 for this throw."""
+    s, start = die(), thrown(2)
+    motion = fb.simulate(s, 1, initial=start)
+    assert {segment.path.method for segment in motion.path.segments} == {"dop853", "radau"}
+    assert motion.path.steps < 500
+    assert motion.energy.relative_residual < 1e-9  # states between the steps, too
+    explicit = fb.simulate(s, 1, initial=start, method="dop853")
+    assert explicit.path.steps > 4 * motion.path.steps
+    np.testing.assert_allclose(motion.path.states[-1, :13], explicit.path.states[-1, :13], atol=1e-8)
+
+
+def test_radau_takes_machines_with_contacts():
+    start = thrown(6)
+    motions = [fb.simulate(die(), 0.4, initial=start, method=method) for method in ("radau", "dop853")]
+    states = [motion.path.states[-1, :13] for motion in motions]
+    np.testing.assert_allclose(*states, atol=1e-5)
+    assert len(motions[0].events) == len(motions[1].events)
+
+
 def test_a_contact_closed_by_the_correction_of_others_collides():
     """Its approach was lost without an impact, and energy with it: 5e-7 J of 0.03 J."""
     motion = fb.simulate(die(), 0.63, initial=thrown(1081))

@@ -109,19 +109,20 @@ class History:
         """Return a phase of the run."""
         marks, numbers, crossings = self.phases[k]
         E, other = len(self.work.names), self.work.parameters_of(k)
-        first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
+        first, rows, status, rejected, evaluations, stiff, blame, kind, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
         scene, work = self.work.scene, self.work
         parameters = work.parameters if other is None else other
         own = scene.candidates.own
         phase = scene.holding(modes, (*scene.kernels.active, *(own + i for i in marks[9 + 2 * E :])))
-        last = first + rows
+        last, straight = first + rows, kind == event_run.STRAIGHT
+        method = "radau" if kind == event_run.IMPLICIT else work.method
         path = object.__new__(Leap if straight else Path)
         path.__dict__.update(
             _recipe=(phase.rates, parameters), times=self.times[first:last],
             lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
             status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
-            method="dop853" if straight else work.method,
+            method="dop853" if straight else method,
             relative=None if straight else work.relative, absolute=None if straight else work.absolute, stiff=stiff,
             step=None,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from ..events.event_run import PIECE, EventRun, event_run
 from ..kernels.kernels import Kernels
 from ..ode import loops
 from ..ode.dense_output import Array
-from ..ode.run import equip, memory, most_events
+from ..ode.run import Run, equip, memory, most_events
 from ..phase.scene import Scene, functions
 from .patches import Patches
 
@@ -24,6 +24,8 @@ KERNELS = {
 """Functions of `phase_kernels` and its kin that the loop calls."""
 AT_ONCE = 300
 """Number of rows up to which the contact problem has room for all of them from the start."""
+IMPLICIT = "radau"
+"""Method of the steps where the friction of a slow slip in space is stiff."""
 LOG = 1 << 12
 """First number of rows of the log."""
 SPARE = 8
@@ -88,27 +90,16 @@ class Memory:
         """Write all that does not depend on the values and tolerances of a run."""
         it, scene = self.it, self.scene
         phase = self.equip(parameters, watched.expressions)
-        rates = phase.rates_of(self.program, self.phase)
-        count, stops = len(watched.expressions), 0 if self.patches is None else self.patches.functions_count
-        m = count + stops + len(scene.endings)
-        self.steps, own = memory(watched.method, it.n_y, m)
-        run, search = self.steps, self.steps.search
-        equip(run, own, rates)
-        run.required = count
-        search.functions, search.c = self.program.address("watched"), self.phase
-        search.guarded = m - count
-        search.directions[:] = [*watched.directions, *[-1] * (m - count)]
-        search.terminal[:] = [*watched.terminal, *[1] * (m - count)]
-        logged = PIECE + most_events(m) + 1
-        buffer = np.empty((PIECE + 1) * (2 + it.n_y))
-        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
-        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
-        search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
-        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        self.kept = phase.rates_of(self.program, self.phase)
+        self.watching, count = watched, len(watched.expressions)
+        stops = 0 if self.patches is None else self.patches.functions_count
+        self.endings = stops + len(scene.endings)
+        self.steps, self.other = self._steps(watched.method), None
+        logged = len(self.steps.search.log_times)
         it.moving = scene.candidates.moving
         it.followed = count + stops if stops else 0
         it.asked, it.crossed = watched.asked, logged if watched.asked else 0
-        it.piece = loops.functions(watched.method).functions["piece"].address
+        it.piece = _piece(watched.method)
         it.final = np.array([*watched.terminal, 0], dtype=np.int64)
         it.past[:] = -1
         it.last = it.met_at = it.crept_from = -np.inf
@@ -116,8 +107,41 @@ class Memory:
         self.bits = parameters.tobytes()
         self._keep()
 
+    def _steps(self, method: str) -> Run:
+        """Return the memory of steps by a method, with the functions that end them."""
+        watched, n = self.watching, self.it.n_y
+        count = len(watched.expressions)
+        m = count + self.endings
+        run, own = memory(method, n, m)
+        search = run.search
+        equip(run, own, self.kept)
+        run.required = count
+        search.functions, search.c = self.program.address("watched"), self.phase
+        search.guarded = self.endings
+        search.directions[:] = [*watched.directions, *[-1] * self.endings]
+        search.terminal[:] = [*watched.terminal, *[1] * self.endings]
+        logged = PIECE + most_events(m) + 1
+        buffer = np.empty((PIECE + 1) * (2 + n))
+        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
+        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, n)
+        search.log_times, search.log_states = np.empty(logged), np.empty((logged, n))
+        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        return run
+
+    def change_method(self) -> None:
+        """Let implicit steps take the place of explicit ones, or these of those."""
+        it, steps = self.it, self.steps
+        if self.other is None:
+            self.other = self._steps(IMPLICIT)
+            self.other.relative[:], self.other.absolute[:] = steps.relative, steps.absolute
+        self.steps, self.other, it.implicit = self.other, steps, 1 - it.implicit
+        it.piece = _piece(IMPLICIT if it.implicit else self.watching.method)
+
     def begin(self, parameters: Array) -> None:
         """Begin another run: all numbers are those after `prepare`, with these values of the parameters."""
+        if self.it.implicit:
+            self.steps = self.other
+        self.other = None
         for memory_of_one, image in self.images:
             memory_of_one[:] = image
         if self.bits != parameters.tobytes():
@@ -173,6 +197,12 @@ class Memory:
         it.lengths = row(arrays.get("lengths"), it.logged, rows)
         it.states = row(arrays.get("states"), it.logged * it.n_y, rows * it.n_y)
         it.marks_room, it.numbers_room, it.path_room = marks, numbers, rows
+
+
+def _piece(method: str) -> int:
+    """Return the address of the compiled steps of a method."""
+    address: int = loops.functions(method).functions["piece"].address
+    return address
 
 
 def memory_of(

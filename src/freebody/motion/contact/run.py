@@ -95,6 +95,8 @@ def answered(work: ContactRun, question: int) -> None:
     elif question == event_run.STALLED:
         code("break_off")(it, End.BROKEN_OFF)
         raise stalled(work)
+    elif question == event_run.OTHER_METHOD:
+        work.memory.change_method()
     elif question != event_run.PAUSE:
         raise refusal(work, question)
 

@@ -108,6 +108,7 @@ class ContactRun:
         it.refuse, it.sequential = not self.shared, request.impacts == "sequential"
         it.longest, it.steps_left = request.longest_step, problem.most_steps
         steps.relative[:], steps.absolute[:] = relative, absolute
+        steps.stop_if_stiff = int(request.method == "auto")
         if kernels.model.switched:
             self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
             self.changes.append((0, self.parameters))

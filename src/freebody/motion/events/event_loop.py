@@ -13,7 +13,7 @@ import math
 
 from ...native.instructions import compiled, lesser, root, run_by
 from ..cones.contacts import Contacts
-from ..ode.layout import FINISHED, RUNNING, TERMINAL
+from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -27,6 +27,8 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
+from .speeds import decided_by_speeds, slow_slips
+from .stiffness import is_slow
 
 
 @compiled
@@ -88,7 +90,7 @@ def break_off(it: EventRun, status: int) -> None:
     if it.stage != event_run.FOLLOW:
         it.first_row = it.logged
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, status, 0, 0, 0, 0)
+    log_phase(it, status, 0, 0, 0, event_run.STEPS)
 
 
 # -- at an event -----------------------------------------------------------------------------------------
@@ -96,7 +98,9 @@ def break_off(it: EventRun, status: int) -> None:
 
 @compiled
 def arrive(it: EventRun) -> int:
-    """Count the events of this moment."""
+    """Count the events of this moment. Steps are explicit again."""
+    if it.implicit != 0:
+        return event_run.OTHER_METHOD
     it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
@@ -113,6 +117,9 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     if status != 0:
         return status
     it.stage = event_run.SETTLE
+    crowded = it.crowd % event_run.CROWDED == event_run.CROWDED - 1 and it.hit == 0 and slow_slips(it) > 0
+    if crowded and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+        return RUNNING
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
@@ -194,12 +201,15 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         if it.t >= it.target:
             it.first_row = it.logged
             log_state(it, it.t, it.y, 0.0)
-            log_phase(it, FINISHED, 0, 0, 0, 0)
+            log_phase(it, FINISHED, 0, 0, 0, event_run.STEPS)
             return FINISHED
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
     it.stage = event_run.LAUNCH
-    if begin_slip(it, contacts, end, longest) != 0:
+    changed = begin_slip(it, contacts, end, longest)
+    if changed < 0 and it.resting == 0 and decided_by_speeds(it, contacts, end - it.t) != 0:
+        return RUNNING
+    if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
         set_up(it, contacts)
@@ -257,7 +267,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
     if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    run.room = event_run.PIECE if it.steps_left > event_run.PIECE else it.steps_left
+    piece = event_run.PIECE if it.implicit == 0 else event_run.FEW
+    run.room = piece if it.steps_left > piece else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
@@ -271,6 +282,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     it.budget -= n
     it.t = run.times[n]
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
+    if status == RUNNING and it.implicit != 0 and is_slow(run) != 0:
+        status = STIFF
     if status == RUNNING:
         if creeps(it, n) != 0:
             return event_run.STALLED
@@ -294,10 +307,14 @@ def creeps(it: EventRun, steps: int) -> int:
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends."""
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, status, run.rejected, run.evaluated, run.stiffness, 0)
+    kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
+    log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     wrong = depth(it)
     if wrong != 0:
         return wrong
+    if status == STIFF:  # the phase goes on by the other method
+        it.stage = event_run.LAUNCH
+        return event_run.OTHER_METHOD
     clear_reasons(it, event_run.NO_REASON)
     code = status
     if status == FINISHED and it.resting != 0 and it.until < it.target:
@@ -439,7 +456,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
 def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead."""
     if it.stage == event_run.HALTED:
-        return judge(it, run)
+        return judge(it, run, contacts)
     for k in range(it.contacts):
         if it.stopping[k] != 0:
             it.stopping[k] = 0
@@ -447,6 +464,8 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
             if changed < 0:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)
+                for j in range(it.contacts):
+                    it.way_before[j, 0], it.way_before[j, 1] = it.way[j, 0], it.way[j, 1]
                 choose(it)
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
@@ -459,16 +478,19 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def judge(it: EventRun, run: Run) -> int:
+def judge(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Keep the state without slip if the contact sticks in it; otherwise the slip has only just begun."""
     sticks = it.mode[it.begun] == laws.STICK
     copy_wholes(it.before, it.mode, it.contacts)
+    for k in range(it.contacts):
+        it.way[k, 0], it.way[k, 1] = it.way_before[k, 0], it.way_before[k, 1]
     it.stage = event_run.HALT
     if sticks:
         it.impulses += it.rest_left
     else:
         copy(it.kept, it.y, it.n_y)
         look(it)
+        set_up(it, contacts)  # the decision has written the equations of its own modes
         if it.halting != 0:
             begin_steps(it, run, it.target)
     return RUNNING

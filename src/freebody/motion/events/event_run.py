@@ -28,17 +28,21 @@ PHASES = 100_000
 """Largest number of phases of one run."""
 ENDLESS = 200
 """Number of mode changes at one moment above which they are refused as endless."""
+CROWDED = 16
+"""Number of events at one moment after which slow slips in space are decided together."""
 LONGEST = 1e-6
 """Greatest length of a straight step [s]; a slip that would take longer to begin, or longer than a contact needs to
 return, is nudged."""
+SHORTEST = LONGEST / 10
+"""Length of the first step of the speeds alone [s]."""
 SLOW = 10 * STOPPED
 """Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 BOUNCES = 40
 """Number of impacts that are remembered, in search of cycles."""
 PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
-PIECE = 256
-"""Number of steps between two looks at the memory."""
+PIECE, FEW = 256, 16
+"""Number of steps between two looks at the memory; of implicit ones between two looks at what makes them so."""
 STALL, STALL_TIME = 20_000, 1e-4
 """Number of steps within a time [s] at which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
@@ -66,9 +70,13 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
     STALLED,  # the steps do not move on
-) = range(100, 118)
+    OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
+) = range(100, 119)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
+
+# How the rows of a phase follow each other: by steps of the method, by one straight step, by implicit steps.
+STEPS, STRAIGHT, IMPLICIT = range(3)
 
 # Entries of the log.
 PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
@@ -114,7 +122,9 @@ class EventRun(Record):
     ``until``, ``resting``        end of the remaining bounces, and 1 while they last
     ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
+    ``leap``, ``leapt``           length and end of the last step of the speeds alone
     ``impulses``                  work of impacts and blows
+    ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
     ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
 
@@ -187,7 +197,10 @@ class EventRun(Record):
     rest_left: Real
     crowd: Whole
     last: Real
+    leap: Real
+    leapt: Real
     impulses: Real
+    implicit: Whole
     budget: Whole
     steps_left: Whole
     crept: Whole
@@ -250,6 +263,7 @@ class EventRun(Record):
     measure: Annotated[Row, "contacts"]
     flight: Annotated[Row, "contacts"]
     way: Annotated[Rows, "contacts", 2]
+    way_before: Annotated[Rows, "contacts", 2]
     force: Annotated[Row, "rows"]
     active: Annotated[Wholes, "rows"]
     actives: Whole

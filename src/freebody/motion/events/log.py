@@ -67,8 +67,10 @@ def log_state(it: EventRun, t: float, y: Reals, length: float) -> None:
 
 
 @compiled
-def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: int, straight: int) -> None:
-    """Log a phase whose rows of the path begin at ``first_row``: how it ended, its modes and its conditions."""
+def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: int, kind: int) -> None:
+    """Log a phase whose rows of the path begin at ``first_row``: how it ended, of which ``kind`` its steps are (`STEPS`
+    and its kin), its modes and its conditions.
+    """
     at = begin(it, event_run.PHASE)
     mark(it, it.first_row)
     mark(it, it.logged - it.first_row)
@@ -77,7 +79,7 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
     mark(it, evaluated)
     mark(it, stiff)
     mark(it, it.blame)
-    mark(it, straight)
+    mark(it, kind)
     mark(it, it.spare_count)
     note(it, it.impulses)
     for k in range(it.contacts):

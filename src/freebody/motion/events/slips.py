@@ -105,7 +105,8 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
 def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
-    This moment is a straight step of at most ``longest`` that gives the slip a direction.
+    This moment is a straight step of at most ``longest`` that gives the slip a direction. Return -1 if the others
+    prevent the slip in the direction of its acceleration.
     """
     least = pull(it)
     if least < 0.0:
@@ -113,7 +114,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
     n_q, n = it.n_q, it.n
     if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
         if nudged(it, contacts, -1) == 0:
-            return 0
+            return -1
         work = it.impulses
         move_speeds(it)
         it.impulses = work
@@ -159,7 +160,7 @@ def log_leap(it: EventRun, begun: float, length: float) -> None:
     it.first_row = it.logged
     log_state(it, begun, it.start, length)
     log_state(it, it.t, it.y, 0.0)
-    log_phase(it, FINISHED, 0, 0, 0, 1)
+    log_phase(it, FINISHED, 0, 0, 0, event_run.STRAIGHT)
 
 
 # -- the last moment -------------------------------------------------------------------------------------

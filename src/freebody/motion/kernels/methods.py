@@ -106,7 +106,7 @@ def check_method(method: Any, step: Any) -> None:
 
 def check_method_of_contacts(method: str, step: Any) -> None:
     """Raise SimulationError if the phases between contact events cannot be integrated by this method."""
-    allowed = ("auto", *EXPLICIT, "gauss")
+    allowed = ("auto", *EXPLICIT, "gauss", "radau")
     if method not in allowed or step is not None:
         got = f"method={method!r}" if step is None else f"step={step!r}"
         raise SimulationError(

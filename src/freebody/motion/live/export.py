@@ -51,7 +51,7 @@ def check_live(trajectory: Trajectory) -> None:
             model, "a motion in one leg", "one that blows, or conditions that depend on each other, interrupt",
             "Leave out the blows, or write the page without live=True",
         )  # fmt: skip
-    if trajectory.path.method == "radau":
+    elif trajectory.path.method == "radau":
         raise _refusal(
             model, "a motion for explicit steps", "a stiff one, for which method 'radau' was needed",
             "Lower the stiffness or the damping that decays fastest, or write the page without live=True",

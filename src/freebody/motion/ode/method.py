@@ -19,6 +19,8 @@ class Method(NamedTuple):
     ``prepare``       (run, fresh): called before the first step from a new start, in the lanes in which fresh holds
     ``hold``          (run): saves an accepted step, since shorter steps may be tried before `accept`
     ``accept``        (run, good): where good, the step was taken, and y is its end
+    ``expect``        (run, length): called after prepare, where the state so far from the start is known: the row end,
+                      with its rates in k[12]; an iteration may begin from it
     ``length``        (run) -> length of the next step, if lengths follow from the state at their start; nan if there is
                       none. No error has to be judged then, and the rates at the end of a step are not needed
     ``limited``       (run, h) -> whether stability limits the step; for a method with ``length``
@@ -41,6 +43,7 @@ class Method(NamedTuple):
     prepare: Compiled | None = None
     hold: Compiled | None = None
     accept: Compiled | None = None
+    expect: Compiled | None = None
     length: Compiled | None = None
     limited: Compiled | None = None
     lift: Compiled | None = None

@@ -9,8 +9,8 @@ real and one complex system,
     (γ/h - J) ΔW_1 = ...,   ((α + iβ)/h - J) (ΔW_2 + iΔW_3) = ...
 
 whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
-derivative of f along e_k, recorded from the trace of f (`Rates.method_kernels`). It is evaluated again unless the last
-step converged at once.
+derivative of f along e_k, recorded from the trace of f (`Rates.method_kernels`); of a phase of contacts it is a
+difference (`phase_kernels.tangent`). It is evaluated again unless the last step converged at once.
 
 The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more if it would reject the step. Its order is
 3, so tolerance r stands for 0.1 r^(2/3). The dense output is the collocation polynomial, of order 3.
@@ -55,6 +55,9 @@ I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 NODES = (C1, C2, 1.0)
 KAPPA = 1e-2
 """The iteration ends when its remaining error is below this fraction of the tolerance."""
+TURNS, TURNS_OF_KNOWN = 10, 1000
+"""Limits on the turns of the iteration: of a step that may be shortened, and of one that is part of a known step, where
+the change may grow in between."""
 
 
 @compiled
@@ -66,11 +69,26 @@ def prepare(run: Run, fresh: Truth) -> None:
 
 
 @compiled
-def derivative(run: Run, own: Newton) -> None:
-    """Compute J at y by columns."""
+def expect(run: Run, length: float) -> None:
+    """Let `guess` take the parabola from y to ``end`` with the rates there, as if a step backwards came before.
+
+    The rates at y may belong to a motion that has decayed at the end.
+    """
+    own = Newton(run.own)
+    own.length_before = -length
+    for s in unrolled(3):
+        x = 1.0 - NODES[s]
+        for i in range(run.n):
+            change = run.end[i] - run.y[i]
+            own.before[s, i] = (x - 1.0) * (change + x * (length * run.k[12, i] - change))
+
+
+@compiled
+def derivative(run: Run, own: Newton, y: Reals) -> None:
+    """Compute J at a state by columns."""
     n, pair = run.n, own.pair
     for i in range(n):
-        pair[i] = run.y[i]
+        pair[i] = y[i]
         pair[n + i] = 0.0
     for k in range(n):
         pair[n + k] = 1.0
@@ -242,7 +260,7 @@ def newton(run: Run, own: Newton, h: float) -> int:
     guess(run, own, h)
     last = 0.0
     rate = 1.0
-    for turn in range(10):
+    for turn in range(TURNS if own.length_before >= 0.0 else TURNS_OF_KNOWN):
         for s in unrolled(3):
             for i in range(n):
                 run.argument[i] = run.y[i] + z[s, i]
@@ -284,11 +302,13 @@ def newton(run: Run, own: Newton, h: float) -> int:
             round_off = greater(round_off, change / (1.0 + old))
         if turn > 0:
             rate = size / last if last > 0.0 else 0.0
-            if rate >= 0.99 and round_off > 1e-13:
-                return 1
         own.convergence = rate
-        if size == 0.0 or round_off <= 1e-16 or (turn > 0 and rate >= 0.99):
+        if size == 0.0 or round_off <= 1e-16:
             return 0
+        if turn > 0 and rate >= 0.99 and (round_off <= 1e-13 or size <= KAPPA):
+            return 0
+        if turn > 0 and rate >= 0.99 and own.length_before >= 0.0:
+            return 1
         if turn > 0 and rate < 1.0 and rate / (1.0 - rate) * size <= KAPPA:
             return 0
         last = size
@@ -307,17 +327,22 @@ def weight(relative: float) -> float:
 def attempt(run: Run, h: float) -> int:
     """Take one step of length ``h`` from y to y_new, with its error."""
     own, n = Newton(run.own), run.n
-    failed = 1
+    failed, known = 1, own.length_before < 0.0
     for turn in range(2):
         if own.fresh == 0 and (turn > 0 or own.good == 0):
-            derivative(run, own)
+            derivative(run, own, run.y)
             own.fresh = 1
+            own.factored = 0.0
+        elif turn > 0:  # of a known step, where the motion may decay faster at the end
+            derivative(run, own, run.end)
             own.factored = 0.0
         if own.factored != h:
             factorize(own, n, h)
             own.factored = h
         failed = newton(run, own, h)
-        if failed == 0 or own.fresh != 0:
+        if failed == 0 or (own.fresh != 0 and not known):
+            if turn > 0 and known:
+                own.fresh = 0
             break
     if failed == 2:
         for i in range(n):
@@ -401,7 +426,7 @@ def accept(run: Run, good: Truth) -> None:
 
 
 METHOD = Method(
-    name="radau", order=5, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
-    accept=accept, alpha=0.25, smallest=0.125, greatest=8.0,
+    name="radau", order=5, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, expect=expect,
+    hold=hold, accept=accept, alpha=0.25, smallest=0.125, greatest=8.0,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

@@ -13,6 +13,9 @@ from typing import Any
 from ...native.instructions import Parts, Real, Reals, Row, Truth, call, compiled, greater, root, where
 from .run import Run
 
+MOST_PARTS = 1024
+"""Number of parts into which a step is divided at most."""
+
 part = Parts()
 
 method: Any = None
@@ -129,6 +132,45 @@ def step_at(run: Run, steps: int, t: float) -> int:
 
 
 @part
+def begin_again(run: Run, low: int) -> None:
+    """Go to the start of a step."""
+    run.t = run.times[low]
+    for i in range(run.n):
+        run.y[i] = run.states[low, i]
+    run.rates(run.t, run.y, run.c, run.k[0])
+    if method.prepare is not None:
+        method.prepare(run, True)
+
+
+@part
+def in_parts(run: Run, low: int, length: float) -> None:
+    """Set the row point: the state at this distance from the start of a step, by several steps.
+
+    The iteration of one may not converge where that of the run did, from the polynomial of the step before.
+    """
+    parts, done = 1, 0
+    while done < parts and parts < MOST_PARTS:
+        parts, done = 2 * parts, 0
+        begin_again(run, low)
+        while done < parts and method.attempt(run, length / parts) == 0 and are_finite(run.y_new, run.n):
+            normalise(run, run.y_new)
+            if run.projection is not None:
+                project(run, run.t + length / parts, run.y_new, True)
+            if method.hold is not None:
+                method.hold(run)
+            if method.accept is not None:
+                method.accept(run, True)
+            done += 1
+            run.t = run.times[low] + done * length / parts
+            run.y[:] = run.y_new
+            run.rates(run.t, run.y, run.c, run.k[0])
+        run.point[:] = run.y
+    if done < parts:
+        for i in range(run.n):
+            run.point[i] = math.nan
+
+
+@part
 def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result: Reals) -> None:
     """Compute the states at the times ``moments``, each within the run in the buffers.
 
@@ -150,11 +192,12 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
         run.t, run.h = times[low], run.lengths[low]
         if fresh:
             run.sampled = low + 1
-            for i in range(n):
-                run.y[i] = run.states[low, i]
-            run.rates(run.t, run.y, run.c, run.k[0])
-            if method.prepare is not None:
-                method.prepare(run, True)
+            begin_again(run, low)
+            if method.expect is not None and high > low:
+                for i in range(n):
+                    run.end[i] = run.states[high, i]
+                run.rates(times[high], run.end, run.c, run.k[12])
+                method.expect(run, times[high] - run.t)
         x = (t - run.t) / run.h
         from_dense = dense != 0 or method.single_step
         if fresh or not from_dense:
@@ -167,6 +210,9 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                 if method.hold is not None:
                     method.hold(run)
             dense_state(run, x)
+        if method.expect is not None and not are_finite(run.point, n):
+            in_parts(run, low, t - times[low])
+            run.sampled = 0
         for i in range(n):
             result[k * n + i] = run.point[i]
 

@@ -108,7 +108,7 @@ def _made(
         all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
         compliant_count=sum(scene.compliant), adhesive_count=sum(scene.adhesive), driven=int("power" in kernels),
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
-        extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
+        of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
         square_of_active=active * active, rows_of_G_and_K=conditions + slipping, **constants,
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Count, Kernel, Record, Row, Rows, Whole, Wholes, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 
 
 @record
@@ -77,6 +77,8 @@ class PhaseData(Record):
     ``law``, ``owner``, ``sign``, ``place``    of each ending: its law, contact, sign, and reach or -1
 
     ``step``, ``spare``         numbers for each speed
+    ``base``, ``beside``, ``slowest``    rates at a state, a state beside it, and the least speed of a slip in space
+                                (`phase_kernels.tangent`)
     ``state``                   q and u; ``udot``, ``force`` and ``multiplier`` of all conditions of the machine follow
     """
 
@@ -171,6 +173,9 @@ class PhaseData(Record):
     place: Annotated[Wholes, "endings"]
     step: Annotated[Row, "n"]
     spare: Annotated[Row, "n"]
+    base: Annotated[Row, "of_y"]
+    beside: Annotated[Row, "of_y"]
+    slowest: Real
     state: Annotated[Row, "extended_state"]
     udot: Row
     force: Row

@@ -41,8 +41,8 @@ KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
 """Kinds of modes, in the order of their numbers (`laws`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
-    "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "static_friction",
-    "watched", "looked", "set_modes",
+    "rates", "tangent", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force",
+    "static_friction", "watched", "looked", "set_modes",
 )  # fmt: skip
 _MODULES = tuple(
     loop.sibling(__name__, name) for name in ("phase_kernels", "projection", "endings", "mode_conditions")
@@ -259,7 +259,9 @@ class Phase:
         moved = self.model.n_q + self.model.n_u
         return cast(
             DataProgram,
-            self._program("motion", lambda: self.data({"rates": self.size, "projection": moved})),
+            self._program(
+                "motion", lambda: self.data({"rates": self.size, "tangent": self.size, "projection": moved})
+            ),
         )
 
     def contact(self) -> DataProgram:
@@ -302,7 +304,12 @@ class Phase:
             moved, count = self.model.n_q + self.model.n_u, len(expressions)
             if patches is not None:
                 values, count = patches.with_values(values, count), count + patches.functions_count
-            sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
+            sizes = {
+                "rates": self.size,
+                "tangent": self.size,
+                "projection": moved,
+                "watched": count + len(self.scene.endings),
+            }
             return self.data(sizes, values=values, count=count, whole=True)
 
         return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
@@ -312,6 +319,7 @@ class Phase:
         return Rates(
             program.address("rates"), self.size, constants, self.model.quaternions, program,
             projection=program.address("projection"), projected=program.outputs("projection"),
+            method_kernels=(program.address("tangent"),),
         )  # fmt: skip
 
     def rates(self, parameters: Array) -> Rates:
@@ -319,7 +327,7 @@ class Phase:
         program = self.motion()
         result = Rates(
             program.address("rates"), self.size, program.constants(parameters), self.model.quaternions, program,
-            recipe=(self.rates, parameters),
+            method_kernels=(program.address("tangent"),), recipe=(self.rates, parameters),
         )  # fmt: skip
         if not self.active:
             return result
