@@ -154,6 +154,10 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
     ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
     nearest, it is over this one.
     """
+    if wall == FACE_OF_A and flat > 0.0 and over_face(of, a, b, wall, flat, patch) == 1:
+        return
+    if wall == FACE_OF_B and flat > 0.0 and over_face(of, b, a, wall, flat, patch) == 1:
+        return
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
     edges, edges_b, got = one[one[HEAD - 1] :], other[other[HEAD - 1] :], patch.pair
     for i in range(edges[0]):
@@ -177,15 +181,14 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
         patch.apart, patch.kind = distance, EDGES
         for k in range(3):
             patch.normal[k] = (got[3 + k] - got[k]) / distance
-    if wall == FACE_OF_A and flat > 0.0:
-        over_face(of, a, b, wall, flat, patch)
-    elif wall == FACE_OF_B and flat > 0.0:
-        over_face(of, b, a, wall, flat, patch)
 
 
 @compiled
-def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, patch: Patch) -> None:
-    """Take the face that separates the cores best, by ``flat``, if a nearest corner of the other core lies over it."""
+def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, patch: Patch) -> int:
+    """Take the face that separates the cores best, by ``flat``, if a nearest corner of the other core lies over it.
+
+    Return 1 if so, else 0.
+    """
     mesh, n = of.members.mesh[core.mesh :], patch.trial
     face, count = (
         mesh[mesh[HEAD + patch.face] :],
@@ -201,6 +204,7 @@ def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, pat
         patch.apart, patch.kind = flat, wall
         for k in range(3):
             patch.normal[k] = n[k]
+    return inside
 
 
 @compiled
