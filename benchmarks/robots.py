@@ -180,6 +180,8 @@ def table_of_pictures(paths: list[Path]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             found[path] = pictures(path, Path(folder))
     good = [(path, one) for path, one in found.items() if isinstance(one, Pictures)]
+    if not good:
+        return
     good.sort(key=lambda row: -row[1].page_size)
     show(
         f"Drawings and pages of {len(good)} URDF files, {LENGTH} s of falling",
