@@ -48,8 +48,12 @@ class Memory:
     """Memory of one run with contacts.
 
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
+    ``other``      implicit steps, or explicit ones while these are in use; None until they are needed
     ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
     """
+
+    steps: Run
+    other: Run | None
 
     def __init__(self, kernels: Kernels, scene: Scene, patches: Patches | None = None) -> None:
         self.kernels, self.scene, self.model, self.patches = kernels, scene, kernels.model, patches
@@ -130,17 +134,17 @@ class Memory:
 
     def change_method(self) -> None:
         """Let implicit steps take the place of explicit ones, or these of those."""
-        it, steps = self.it, self.steps
-        if self.other is None:
-            self.other = self._steps(IMPLICIT)
-            self.other.relative[:], self.other.absolute[:] = steps.relative, steps.absolute
-        self.steps, self.other, it.implicit = self.other, steps, 1 - it.implicit
+        it, steps, other = self.it, self.steps, self.other
+        if other is None:
+            other = self._steps(IMPLICIT)
+            other.relative[:], other.absolute[:] = steps.relative, steps.absolute
+        self.steps, self.other, it.implicit = other, steps, 1 - it.implicit
         it.piece = _piece(IMPLICIT if it.implicit else self.watching.method)
 
     def begin(self, parameters: Array) -> None:
         """Begin another run: all numbers are those after `prepare`, with these values of the parameters."""
         if self.it.implicit:
-            self.steps = self.other
+            self.change_method()
         self.other = None
         for memory_of_one, image in self.images:
             memory_of_one[:] = image
@@ -209,10 +213,10 @@ def memory_of(
     kernels: Kernels, scene: Scene, key: Watched, parameters: Array, patches: Patches | None
 ) -> Memory:
     """Return memory for a run, ready to go: that of a finished run of the same functions if there is one."""
-    of_key = scene.spare.get(key) if patches is None else None
+    spare = scene.spare.get(key, []) if patches is None else []
     try:
-        result: Memory = of_key.pop()  # type: ignore[union-attr]
-    except (AttributeError, IndexError):  # none, or another thread took it
+        result: Memory = spare.pop()
+    except IndexError:  # none, or another thread took it
         result = Memory(kernels, scene, patches)
         result.prepare(parameters, key)
     else:
