@@ -43,7 +43,7 @@ def drifting_block(
     along, square = d[0] * f[0] + d[1] * f[1], f[0] ** 2 + f[1] ** 2
     a = sqrt(along**2 - square + sin(slope) ** 2) - along
     e = [(a * x + y) / sin(slope) for x, y in zip(d, f, strict=True)]
-    return DriftingBlock(g * a, e[0], e[1])
+    return DriftingBlock(float(g * a), float(e[0]), float(e[1]))
 
 
 def dome_exit(v: float, R: float, A: float, m: float, g: float = 9.81) -> float:

@@ -21,7 +21,7 @@ from ...native.instructions import lanes as width
 from ..ode.layout import FINISHED, RUNNING, STIFF
 from ..ode.loops import compiled_functions
 from ..ode.run import OneRun, Run
-from ..ode.states import state_in_step
+from ..ode.states import are_finite, begin_again, expect_end, in_parts, state_in_step
 from ..ode.step_control import (
     change_length,
     choose_length,
@@ -81,7 +81,7 @@ def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
 def lift(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     """Copy the step of a lane into the memory of one run."""
     run, step = wide.run, one.run
-    step.t, step.h, step.after = run.t[lane], run.h[lane], run.after[lane]
+    step.t, step.h, step.after, step.reached = run.t[lane], run.h[lane], run.after[lane], -1.0
     for i in range(run.n):
         step.y[i], step.y_new[i], step.end[i] = run.y[i][lane], run.y_new[i][lane], run.end[i][lane]
     method.lift(run, lane, step)
@@ -122,13 +122,12 @@ def pass_limits(run: Run, good: Truth) -> None:
 
 @part
 def begin_sampling(sampler: OneRun, run: OneRun) -> None:
-    """Copy the start of a step into the separate memory in which states inside it are computed."""
+    """Copy a step into the separate memory in which states inside it are computed."""
     clear(sampler)
-    sampler.t, sampler.h = run.t, run.h
-    sampler.y[:] = run.y
-    sampler.rates(sampler.t, sampler.y, sampler.c, sampler.k[0])
-    if method.prepare is not None:
-        method.prepare(sampler, True)
+    sampler.h = run.h
+    begin_again(sampler, run.t, run.y)
+    if method.expect is not None:
+        expect_end(sampler, run.after, run.end)
 
 
 @part
@@ -142,6 +141,9 @@ def output_in_step(batch: Batch, one: OneLane, sampler: OneRun, after: float, re
         y = run.y if x == run.t else run.end
         if x != run.t and x != after:
             state_in_step(sampler, (x - run.t) / run.h)
+            if method.expect is not None and not are_finite(sampler.point, run.n):
+                in_parts(sampler, run.t, run.y, x - run.t)
+                begin_sampling(sampler, run)
             y = sampler.point
         write_outputs(batch, one, done, y)
         done += 1

@@ -132,26 +132,35 @@ def step_at(run: Run, steps: int, t: float) -> int:
 
 
 @part
-def begin_again(run: Run, low: int) -> None:
-    """Go to the start of a step."""
-    run.t = run.times[low]
+def begin_again(run: Run, t: float, y: Reals) -> None:
+    """Go to the start of a step, the state y at t."""
+    run.t, run.reached = t, -1.0
     for i in range(run.n):
-        run.y[i] = run.states[low, i]
+        run.y[i] = y[i]
     run.rates(run.t, run.y, run.c, run.k[0])
     if method.prepare is not None:
         method.prepare(run, True)
 
 
 @part
-def in_parts(run: Run, low: int, length: float) -> None:
-    """Set the row point: the state at this distance from the start of a step, by several steps.
+def expect_end(run: Run, t: float, y: Reals) -> None:
+    """Let iterations begin from the known end of the step, the state y at t."""
+    for i in range(run.n):
+        run.end[i] = y[i]
+    run.rates(t, run.end, run.c, run.k[12])
+    method.expect(run, t - run.t)
+
+
+@part
+def in_parts(run: Run, t: float, y: Reals, length: float) -> None:
+    """Set the row point: the state at this distance from the start of a step, the state y at t, by several steps.
 
     The iteration of one may not converge where that of the run did, from the polynomial of the step before.
     """
     parts, done = 1, 0
     while done < parts and parts < MOST_PARTS:
         parts, done = 2 * parts, 0
-        begin_again(run, low)
+        begin_again(run, t, y)
         while done < parts and method.attempt(run, length / parts) == 0 and are_finite(run.y_new, run.n):
             normalise(run, run.y_new)
             if run.projection is not None:
@@ -161,7 +170,7 @@ def in_parts(run: Run, low: int, length: float) -> None:
             if method.accept is not None:
                 method.accept(run, True)
             done += 1
-            run.t = run.times[low] + done * length / parts
+            run.t = t + done * length / parts
             run.y[:] = run.y_new
             run.rates(run.t, run.y, run.c, run.k[0])
         run.point[:] = run.y
@@ -192,12 +201,9 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
         run.t, run.h = times[low], run.lengths[low]
         if fresh:
             run.sampled = low + 1
-            begin_again(run, low)
+            begin_again(run, times[low], run.states[low])
             if method.expect is not None and high > low:
-                for i in range(n):
-                    run.end[i] = run.states[high, i]
-                run.rates(times[high], run.end, run.c, run.k[12])
-                method.expect(run, times[high] - run.t)
+                expect_end(run, times[high], run.states[high])
         x = (t - run.t) / run.h
         from_dense = dense != 0 or method.single_step
         if fresh or not from_dense:
@@ -211,7 +217,7 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                     method.hold(run)
             dense_state(run, x)
         if method.expect is not None and not are_finite(run.point, n):
-            in_parts(run, low, t - times[low])
+            in_parts(run, times[low], run.states[low], t - times[low])
             run.sampled = 0
         for i in range(n):
             result[k * n + i] = run.point[i]

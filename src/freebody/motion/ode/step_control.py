@@ -306,7 +306,7 @@ def follow_events(run: Run) -> int:
         if method.densify is not None:
             method.densify(run)
         run.evaluated += method.cost_dense
-        search.seen, search.span, search.unresolved = 0.0, 1.0, 0
+        search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first = False

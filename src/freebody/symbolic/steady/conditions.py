@@ -19,7 +19,7 @@ BLOCK = 2**20
 """Most products of terms and columns that are in memory together."""
 
 
-class Table:
+class _Table:
     """The terms of polynomials as arrays: their coefficients, and for each generator its powers in the terms."""
 
     def __init__(self, polynomials: Sequence[Scalar]) -> None:
@@ -58,8 +58,8 @@ class Conditions:
         self.unknowns = list(unknowns)
         self.numbers = dict(numbers)
         self.angles = np.array([self._is_angle(a) for a in unknowns], dtype=bool)
-        self._pieces = Table(pieces)
-        self._slopes = Table([ring.derivative(x, a) for x in pieces for a in unknowns])
+        self._pieces = _Table(pieces)
+        self._slopes = _Table([ring.derivative(x, a) for x in pieces for a in unknowns])
 
     def _is_angle(self, atom: Any) -> bool:
         unknown = self.ring.find(atom)
@@ -70,7 +70,7 @@ class Conditions:
             generator.kind in ("sin", "cos") and generator.arguments[0] == x for generator in depending
         )
 
-    def _evaluated(self, table: Table, x: np.ndarray, absolute: bool = False) -> np.ndarray:
+    def _evaluated(self, table: _Table, x: np.ndarray, absolute: bool = False) -> np.ndarray:
         """Return the values (m, N) of polynomials at the columns of x (n, N)."""
         terms = len(table.coefficients)
         self.ring.budget.evaluation(terms, x[:1].size)

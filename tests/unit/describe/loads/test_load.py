@@ -13,6 +13,7 @@ import freebody as fb
 from freebody.describe.loads.load import KINDS
 from freebody.formats.toml.write import toml_text
 from own_loads import Drag, Everything, Gravitation
+from page_data import scene_of
 
 SOURCE = Path(fb.__file__).parent
 
@@ -92,7 +93,8 @@ def test_pictures_have_it(tmp_path):
     motion = fb.simulate(s, 1, initial={"theta": 1.0})
     fb.report(s, motion, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "<td>drag</td><td>drag</td>" in text and "force force drag 0" in text
+    assert "<td>drag</td><td>drag</td>" in text
+    assert "force force drag 0" in {arrow["channel"] for arrow in scene_of(text)["arrows"]}
 
 
 def test_a_copy_and_a_study_have_it():

@@ -186,6 +186,16 @@ def test_steps_of_one_length(loops: list[bool]) -> None:
     assert loops == [True, False, False]
 
 
+@pytest.mark.parametrize("method", ["dop853", "tsit5", "radau", "gauss"])
+def test_outputs_in_the_middle_of_steps_of_one_length(method: str) -> None:
+    """They are at the same fraction of each step, but not the same states."""
+    times = np.arange(33) / 16
+    given = {"method": method, "step": 1 / 8, "times": times}
+    lanes = fb.simulate(pendulum(), 2, initial={"theta": np.array([1.0, 0.5])}, **given)["theta"]
+    alone = fb.simulate(pendulum(), 2, initial={"theta": 1.0}, **given)["theta"]
+    assert np.array_equal(lanes[0], alone) and len(set(alone.tolist())) > 30
+
+
 def test_signals_that_jump(loops: list[bool]) -> None:
     """An event where a signal jumps, and the end of a run there."""
     gusts = fb.signal([0, 0.5, 1.0], [0, 2, -1], "previous", name="wind")
