@@ -104,9 +104,8 @@ def first_length(run: Run, direction: float, longest: float) -> float:
         d0 = maximum(d0, abs(run.y[i]) / scale)
         d1 = maximum(d1, abs(run.k[0, i]) / scale)
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    h0 = lesser(
-        greater(h0, 8192.0 * EPS * abs(run.t)), longest
-    )  # a y of round-off would ask for less than t resolves
+    h0 = greater(h0, 8192.0 * EPS * abs(run.t))  # a y of round-off would ask for less than t resolves
+    h0 = lesser(h0, longest)
     for i in components(run.n):
         run.point[i] = run.y[i] + direction * h0 * run.k[0, i]
     run.rates(run.t + direction * h0, run.point, run.c, run.k[1])
