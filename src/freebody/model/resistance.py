@@ -78,6 +78,12 @@ def with_resistances(contacts: Sequence[Contact], pairs: Mapping[str, Any]) -> t
     return tuple(result)
 
 
+def pressers(contacts: Sequence[Contact]) -> list[int]:
+    """Return for each element the place of that whose normal force bounds it; -1 for contacts themselves."""
+    places = {contact.name: k for k, contact in enumerate(contacts)}
+    return [places[contact.presser] if contact.presser else -1 for contact in contacts]
+
+
 def _resistances(contact: Contact, pair: ContactPair, taken: set[str]) -> list[Contact]:
     """Return the elements that resist the rolling and spinning of an element."""
     result = []

@@ -15,7 +15,7 @@ from ...model.contact import friction_margin
 from ..families.pair_quantities import pair_quantities
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
-from ..phase.candidates import stretches
+from ..phase.candidates import stretch_numbers
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
@@ -211,7 +211,7 @@ class Touching:
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
         model = motion.kernels.model
-        ratios = np.array(stretches(model, lambda x: number(model, motion.values, x, "a ratio of friction")))
+        ratios = stretch_numbers(model, motion.values)
         for k, contact in enumerate(model.contacts):
             at, n = first.first[k], first.tangents[k]
             lambdas = forces[:, at : at + 1 + n] * ratios[at : at + 1 + n]

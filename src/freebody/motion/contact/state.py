@@ -14,11 +14,10 @@ from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
 from ..ode.dense_output import Array, outputs_at
-from ..phase.candidates import stretches
+from ..phase.candidates import stretch_numbers
 from ..phase.scene import Scene, scene_of
 from ..phase.snapshot import Snapshot
 from ..request import Problem
-from ..start.initial import number
 from ..trajectory.event import EventSpec, expressions_of
 from .memory import Memory, Watched, memory_of
 from .patches import Patches
@@ -61,9 +60,7 @@ class ContactRun:
         self.kernels, self.values, self.model = kernels, values, kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
-        self.ratios = np.array(
-            stretches(self.model, lambda x: number(self.model, values, x, "a ratio of friction"))
-        )
+        self.ratios = stretch_numbers(self.model, values)
         self.names = [c.name for c in self.model.contacts]
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True

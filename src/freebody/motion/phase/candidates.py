@@ -43,6 +43,8 @@ from ...model.contact import Contact
 from ...scalar.algebra import divide
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
+from ..ode.dense_output import Array
+from ..start.initial import number
 
 Integers = Any  # array of int64
 
@@ -128,6 +130,11 @@ def stretches(model: Model, value: Callable[[Any], Any]) -> list[Any]:
     return [
         value(contacts[row.contact].stretch) if row.direction == 1 else 1 for row in contact_layout(contacts)
     ]
+
+
+def stretch_numbers(model: Model, values: Mapping[str, float]) -> Array:
+    """Return `stretches` at these values of the parameters."""
+    return np.array(stretches(model, lambda x: number(model, values, x, "a ratio of friction")), dtype=float)
 
 
 def stretched(rows: Sequence[Any], ratio: Any) -> list[Any]:

@@ -102,7 +102,7 @@ class Scene:
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}
         self.checked: Mapping[str, float] | None = (
-            None  # values of the last run, whose coefficients are possible
+            None  # values of the last run: its coefficients are possible
         )
         self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.ends = _ends(self.model)

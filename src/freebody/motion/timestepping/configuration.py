@@ -116,7 +116,7 @@ def close(run: Run, friction: int, near: float) -> None:
     contacts, problem = run.contacts, run.problem
     count, row = 0, 0
     for e in range(contacts.count):
-        tangents, presser, closed = contacts.tangents[e], contacts.presser[e], count
+        tangents, presser = contacts.tangents[e], contacts.presser[e]
         contacts.normal_row[e] = -1
         if presser >= 0:  # it resists rolling or spinning while its contact is closed
             if friction != 0 and contacts.normal_row[presser] >= 0:
@@ -127,9 +127,9 @@ def close(run: Run, friction: int, near: float) -> None:
                     contacts.owner[count], contacts.rebound[count] = e, 0.0
                     count += 1
         elif (run.now.gap[e] <= near or contacts.kept[e] != 0) and (friction != 0 or contacts.held[e] == 0):
+            contacts.normal_row[e] = count
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
-                contacts.normal_row[e] = closed
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
                 if friction == 0 and contacts.kept[e] != 0:

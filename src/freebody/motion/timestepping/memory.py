@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...model.resistance import pressers
 from ..cones.islands import Islands
 from ..families.memory import fill
 from ..families.meshes import most_points
@@ -55,10 +56,7 @@ def memory_of(
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
-    names = [c.name for c in model.contacts]
-    contacts.presser = np.array(
-        [names.index(c.presser) if c.presser else -1 for c in model.contacts], dtype=np.int64
-    )
+    contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
     contacts.kept = np.zeros(E, dtype=np.int64)
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)

@@ -22,6 +22,7 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
 from ...model.contact import Contact
+from ...model.resistance import pressers
 from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels, Program
@@ -156,10 +157,10 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         f, gap, rate = [-x for x in bias(model, state)], list(given.gap), list(given.rate)
         rate, W = _stretched(model, state, rate), _stretched(model, state, W)
         N, pressed, power = [_given(model, state, contact) for contact in model.contacts], [0] * model.n_u, 0
-        names = [contact.name for contact in model.contacts]
+        pressed_by = pressers(model.contacts)
         for k, (r, contact) in enumerate(zip(layout_of(model)[0], model.contacts, strict=True)):
-            if contact.presser:
-                gap[k] = gap[names.index(contact.presser)]
+            if pressed_by[k] >= 0:
+                gap[k] = gap[pressed_by[k]]
             if contact.compliant:  # its normal force is a load: no impulse is to be found along its normal
                 pressed, power = combined(pressed, [N[k]], [W[r]]), power + N[k] * rate[r]
                 W[r], rate[r], gap[k] = (0,) * model.n_u, 0, state.field.apply("max", gap[k], 0)

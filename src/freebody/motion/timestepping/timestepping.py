@@ -27,7 +27,7 @@ from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
-from ..phase.candidates import layout_of, stretches
+from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
@@ -374,9 +374,9 @@ class _Run:
         constraints = np.zeros((len(impulses), len(conditions(self.model))))
         constraints[:, self.shape.held] = impulses[:, self.rows :]
         steps = range(len(impulses))
-        ratios = stretches(self.model, lambda x: number(self.model, self.values, x, "a ratio of friction"))
+        forces = impulses[:, : self.rows] * stretch_numbers(self.model, self.values)
         did = Impulses(
-            impulses[:, : self.rows] * np.array(ratios), constraints, works, corrections, modes.astype(np.int64),
+            forces, constraints, works, corrections, modes.astype(np.int64),
             {k: told for k, told in self.blows.items() if k in steps}, tuple(logs),
         )  # fmt: skip
         run = self.memory

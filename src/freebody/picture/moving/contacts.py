@@ -13,8 +13,7 @@ from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...model.contact import friction_margin
 from ...motion.ode.dense_output import observe
-from ...motion.phase.candidates import stretches
-from ...motion.start.initial import number
+from ...motion.phase.candidates import stretch_numbers
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -86,8 +85,7 @@ class Contacts:
         for k in range(len(model.contacts)):
             self.first.append(next(i for i, row in enumerate(layout) if row.contact == k))
         self.rows = len(layout)
-        values = self.trajectory.values
-        self.ratios = np.array(stretches(model, lambda x: number(model, values, x, "a ratio of friction")))
+        self.ratios = stretch_numbers(model, trajectory.values)
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
         def frames(state: State) -> dict[str, Sequence[Scalar]]:

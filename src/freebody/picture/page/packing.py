@@ -7,8 +7,7 @@ Values over time (arrays of 64-bit floats) are rounded to a step that nobody see
     k_i = round(x_i / s),   s ≤ max(2⁻¹⁵ (max x - min x), 2⁻²⁴ max |x|), the greatest 1, 2 or 5 times a power of ten,
 
 and stored as differences k_i - k_(i-1), or as differences of these where they are smaller, byte by byte: a smooth curve
-takes about one byte a value. Other 32-bit numbers are stored
-as differences of their bits, bytes as they are.
+takes about one byte a value. Other 32-bit numbers are stored as differences of their bits, bytes as they are.
 """
 
 from __future__ import annotations
@@ -46,14 +45,12 @@ def packed(data: Mapping[str, Any]) -> str:
     >>> len(packed({"t": np.linspace(0, 1, 1000)})) < 200
     True
     """
-    pieces: list[bytes] = []
-    places: dict[bytes, int] = {}
+    places: dict[bytes, int] = {}  # in their order
 
     def stored(content: bytes) -> int:
         """Place of bytes among the arrays; what is equal is stored once."""
         if content not in places:
             places[content] = sum(map(len, places))
-            pieces.append(content)
         return places[content]
 
     def reference(value: Any) -> dict[str, Any]:
@@ -70,7 +67,7 @@ def packed(data: Mapping[str, Any]) -> str:
         return {"#": [kind, bits.size, stored(_planes(np.diff(bits, prepend=np.uint32(0))))]}
 
     tree = json.dumps(data, default=reference, separators=(",", ":"), allow_nan=False).encode()
-    whole = len(tree).to_bytes(4, "little") + tree + b"".join(pieces)
+    whole = len(tree).to_bytes(4, "little") + tree + b"".join(places)
     return base64.b64encode(gzip.compress(whole, 9, mtime=0)).decode("ascii")
 
 
