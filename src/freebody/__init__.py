@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from . import rooms_above as _rooms_above
+from .unreachable import no_collection
 from .version import VERSION as __version__
 
 if TYPE_CHECKING:
@@ -211,7 +212,8 @@ def __getattr__(name: str) -> Any:
     """Return a public name, imported on first use and kept in this module (PEP 562)."""
     if name in _EXPORTS:
         place, whole, attribute = _EXPORTS[name].partition(":")
-        module = import_module(f"{__name__}.{place}")
+        with no_collection():
+            module = import_module(f"{__name__}.{place}")
         value = module if whole and not attribute else getattr(module, attribute or name)
         globals()[name] = value
         return value

@@ -22,13 +22,12 @@ expressions (`expressions`), and arithmetic, which is that of the processor (`ar
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from llvmlite import ir
 
+from ..unreachable import no_collection
 from .arithmetic import REAL, WHOLE, Refusal, constant
 from .functions import Compiled, Inlined, is_wide, signature
 from .record_access import RecordPointer
@@ -55,18 +54,6 @@ def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -
                 text = f"declare {item.function_type.return_type} @{item.name}({kinds})"
             result[f"@{item.name}"] = text
     return result
-
-
-@contextmanager
-def no_collection() -> Iterator[None]:
-    """Keep Python from its search for unreachable objects, which takes a third of the time of a translation."""
-    searches = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if searches:
-            gc.enable()
 
 
 def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False) -> Unit:
