@@ -21,6 +21,7 @@ class Some(Record):
     h: Real
     top: Real
     total: Real
+    greatest: Real
     count: Real
     y: Annotated[Row, "width"]
     out: Annotated[Row, "width"]
@@ -31,7 +32,7 @@ class Some(Record):
 HEAD = """
 import math
 from freebody.native.functions import components, unrolled
-from freebody.native.instructions import Real, compiled, greater, inlined, lesser, maximum, muladd, root, where
+from freebody.native.instructions import Real, compiled, greater, inlined, larger, lesser, maximum, muladd, root, where
 from random_loops import Some
 
 TABLE = (0.5, -2.0, 3.0)
@@ -57,7 +58,9 @@ class Writer:
             return r.choice(
                 ["s.y[i]", f"s.k[{r.randrange(3)}, i]", "s.h", r.choice(names), "1.5", "-0.25", "3.0"]
             )
-        way = r.randrange(8)
+        way = r.randrange(9)
+        if way == 8:
+            return f"larger(abs({e(depth - 1)}), abs({e(depth - 1)}))"
         if way < 4:
             return f"({e(depth - 1)} {r.choice('+-*/')} {e(depth - 1)})"
         if way == 4:
@@ -68,8 +71,10 @@ class Writer:
 
     def statement(self, indent):
         r = self.random
-        way = r.randrange(7)
-        if way < 2:
+        way = r.randrange(8)
+        if way == 7:
+            self.lines.append(f"{indent}size = larger(size, abs({self.number()}))")
+        elif way < 2:
             value = f"{self.number()} + 0.0 * s.y[i]"  # a name keeps its type: a number for each component
             name = r.choice([*self.names, f"v{len(self.names)}"])
             self.names += [name] if name not in self.names else []
@@ -94,8 +99,8 @@ class Writer:
         body = "\n".join(self.lines)
         return (
             f"def {name}(s: Some) -> None:\n    top: Real = s.top\n    total: Real = s.total\n"
-            f"    for i in components(s.n):\n{body}\n        s.y[i] = s.y[i] + 1.0\n"
-            "    s.top = top\n    s.total = total\n"
+            f"    size: Real = abs(s.greatest)\n    for i in components(s.n):\n{body}\n        s.y[i] = s.y[i] + 1.0\n"
+            "    s.top = top\n    s.total = total\n    s.greatest = size\n"
         )
 
 
@@ -103,10 +108,15 @@ def in_python(text, name, values):
     """What CPython gives, with numbers of NumPy."""
     s = SimpleNamespace(**{k: np.array(v) if np.ndim(v) else np.float64(v) for k, v in values.items()})
     s.n = values["n"]
-    larger = {"maximum": lambda a, b: a if a > b or a != a else b, "abs": abs}
+
+    def of_two(a, b):
+        return a if a > b or a != a else b
+
     space = {
         **OF_NUMPY,
-        **larger,
+        "maximum": of_two,
+        "larger": of_two,
+        "abs": abs,
         "components": range,
         "unrolled": range,
         "TABLE": (0.5, -2.0, 3.0),

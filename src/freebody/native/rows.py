@@ -9,14 +9,13 @@ rounding if the processor has a fused multiply-add.
 
 In a loop over components, ``for i in components(run.n)``, ``row[i]`` is a vector, of this component and of the seven
 after it, and so are the names that the body gives to numbers (`Components`). Names from before the loop collect the
-greatest of the components, or their sum. Of lanes, a component is a vector already.
+greatest of the components, by `maximum` or `larger`, or their sum. Of lanes, a component is a vector already.
 """
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 from llvmlite import ir
@@ -36,7 +35,7 @@ from .arithmetic import (
     wide,
 )
 from .functions import instruction, unrolled
-from .instructions import maximum, where
+from .instructions import larger, maximum, where
 from .record_access import length_of
 from .records import WIDTH
 
@@ -77,7 +76,7 @@ def reduced(builder: Any, operation: Any, vector: Any) -> Any:
         places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [(i + k) % WIDTH for i in range(WIDTH)])
         other = builder.shuffle_vector(vector, vector, places)
         is_sum = operation is ast.Add
-        vector = (builder.fadd if is_sum else partial(maximum.write, builder))(vector, other)
+        vector = builder.fadd(vector, other) if is_sum else operation.write(builder, vector, other)
     return builder.extract_element(vector, ir.IntType(32)(0))
 
 
@@ -93,7 +92,7 @@ class LoopOverComponents:
         self.node, self.known, self.value = node, known, value
         self.name = node.target.id if isinstance(node.target, ast.Name) else ""
         self.reductions: dict[str, Any] = {}
-        """Operation by name: `maximum` or ast.Add. Neither depends on the order, but for the rounding of a sum."""
+        """Operation by name: `maximum`, `larger` or ast.Add, whose order does not matter but for the rounding of sums."""
         self.new: set[str] = set()
         """Names of the body."""
 
@@ -187,8 +186,8 @@ class LoopOverComponents:
             case ast.Assign(
                 targets=[ast.Name(id=name)], value=ast.Call(func=f, args=[ast.Name(id=first), _])
             ):
-                if name == first and self.value(f) is maximum:
-                    return maximum, name
+                if name == first and self.value(f) in (maximum, larger):
+                    return self.value(f), name
         return None, ""
 
 

@@ -40,7 +40,7 @@ def test_random_loops_give_what_cpython_gives_one_run_and_eight(start, tmp_path)
         rows["k"] = rng.uniform(-3, 3, (3, max(n, 1), LANES))
         if n > 2 and rng.random() < 0.4:
             rows["y"][2] = rng.choice(special, LANES)
-        numbers = {x: rng.uniform(-1, 1, LANES) for x in ("h", "top")} | {"total": np.zeros(LANES)}
+        numbers = {x: rng.uniform(-1, 1, LANES) for x in ("h", "top", "greatest")} | {"total": np.zeros(LANES)}
         for x, value in rows.items():
             getattr(wide, x)[:] = value
         for x, value in numbers.items():
@@ -59,7 +59,7 @@ def test_random_loops_give_what_cpython_gives_one_run_and_eight(start, tmp_path)
                 there, mine, beside = (np.asarray(getattr(r, x)) for r in (expected, run, wide))
                 assert bits(mine[..., :n].ravel()) == bits(there[..., :n].ravel()), text
                 assert bits(beside[..., lane][..., :n].ravel()) == bits(there[..., :n].ravel()), text
-            for x in ("top", "total"):  # the sign of a zero is not defined
+            for x in ("top", "total", "greatest"):  # the sign of a zero is not defined
                 there = bits(getattr(expected, x) + 0.0)
                 assert bits(getattr(run, x) + 0.0) == bits(getattr(wide, x)[lane] + 0.0) == there, text
     assert one is not None and eight is not None

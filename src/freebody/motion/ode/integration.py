@@ -206,6 +206,8 @@ class _Run:
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
         self.absolute_of: ArrayLike | None = None
+        self.rates: Rates | None = None
+        self.allowed = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
         self.small = self.buffer.nbytes <= _SMALL
@@ -222,7 +224,9 @@ class _Run:
         if self.common is not common:
             self.common, self.absolute_of = common, None
             rates, watch, search = common.rates, common.watch, self.record.search
-            equip(self.record, self.own, rates)
+            if self.rates is not rates:
+                equip(self.record, self.own, rates)
+                self.rates = rates
             if watch is not None and self.m:
                 search.functions = watch.address
                 search.c = rates.constants if watch.constants is None else watch.constants
@@ -288,7 +292,8 @@ class _Run:
         if room > self.room:  # a long run: its pieces stay in their own buffers
             self._buffers(room)
             self.room = 0
-        self.record.room = room
+        if room != self.allowed:  # an access to a field takes longer than a short step
+            self.record.room = self.allowed = room
         code = self.function(self.address)
         self.counts = counts = Counts._make(_COUNTED.unpack_from(self.bytes, _COUNTS_AT))
         count, events = counts.accepted, counts.events

@@ -39,8 +39,10 @@ from ...native.instructions import (
     Truth,
     bits,
     compiled,
+    greater,
     inlined,
     lanes,
+    larger,
     lesser,
     maximum,
     muladd,
@@ -64,11 +66,8 @@ BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: a little less than 7.33, where |Σ_k (-x)^k / k!|, k <= P, is
 1."""
 
-TO_INTEGER, INTEGER = 2.0**52, 0x433 << 52
-"""A number that leaves no bits for fractions of a smaller one that is added, and so has the integer in its lowest bits;
-its own bits."""
-ONE, MANTISSA = 0x3FF << 52, (1 << 52) - 1
-"""Bits of 1.0, and those of a mantissa."""
+TO_INTEGER = 2.0**52
+"""A number that leaves no bits for fractions of a smaller one that is added: the integer is in its lowest bits."""
 EARLY = P // 4
 """m of a decay."""
 GROWN = math.factorial(P) / math.factorial(EARLY) / BOUND ** (P - EARLY) / P
@@ -88,18 +87,16 @@ def power2(x: Real) -> Real:
     nearest = (biased + TO_INTEGER) - TO_INTEGER
     exponent = where(nearest > biased, nearest - 1.0, nearest)
     r = x - (exponent - 1023.0)
-    return with_bits(bits(exponent + TO_INTEGER) << 52) * (1.0 + r * (2.0 + r) / 3.0)
+    return with_bits(bits(exponent + TO_INTEGER) << 52) * (1.0 + r * (2.0 + r) * (1.0 / 3.0))
 
 
 @inlined
 def logarithm2(x: Real) -> Real:
-    """Return log₂ x of x >= 0 within 0.01: the exponent plus a parabola of the mantissa 1 <= m < 2.
+    """Return log₂ x of x >= 0, or up to 0.087 more: the exponent, and the mantissa 1 + f as if log₂ (1 + f) were f.
 
-    It is -1023 of 0, and nan of infinity and nan.
+    A step is then at most 0.6 % shorter. It is -1023 of 0, and a number of infinity and nan.
     """
-    exponent = with_bits(bits(x) >> 52 | INTEGER) - (TO_INTEGER + 1023.0)
-    m = with_bits(bits(x) & MANTISSA | ONE)
-    return exponent + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0) + 0.0 * x
+    return bits(x) * 2.0**-52 - (1023.0 - 0.0861)
 
 
 @compiled
@@ -135,13 +132,15 @@ def inverse_length(run: Run, own: Series) -> Real:
     for i in components(run.n):
         run.point[i] = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
     logarithm: Real = -math.inf
+    overall: Real = 0.0
     for m in unrolled(P, P - TERMS, -1):
         largest: Real = 0.0
         for i in components(run.n):
-            largest = maximum(largest, abs(own.terms[m, i]) * run.point[i])
+            largest = larger(largest, abs(own.terms[m, i]) * run.point[i])
         stricter = (P - lesser(m + 1, P)) * own.logarithm
-        logarithm = maximum(logarithm, (logarithm2(largest) + stricter) * (1.0 / m))
-    return logarithm
+        logarithm = greater(logarithm, (logarithm2(largest) + stricter) * (1.0 / m))
+        overall = larger(overall, largest)
+    return logarithm + 0.0 * overall
 
 
 @compiled
@@ -163,7 +162,7 @@ def length(run: Run) -> Real:
     run.evaluated += 1
     coarsest: Real = 1e-16
     for i in components(run.n):
-        coarsest = maximum(coarsest, run.relative[i])
+        coarsest = larger(coarsest, run.relative[i])
     if any(own.coarsest != coarsest):  # at the start, and when a long run tightens it
         own.coarsest = coarsest
         own.logarithm = math.log2(coarsest) / P
@@ -210,12 +209,14 @@ def misfit(run: Run, own: Series, h: Real) -> Real:
 def attempt(run: Run, h: Real) -> int:
     """Compute the state at the time ``h`` of the step, y + (h (y_1 + ...) + lost), and the rounding error."""
     own, square = Series(run.own), h * h
+    fourth = square * square
     doubt: Real = 0.0
     for i in components(run.n):
-        even, odd = own.terms[P, i], own.terms[P - 1, i]
-        for k in unrolled(P - 2, 0, -2):
-            even, odd = muladd(even, square, own.terms[k, i]), muladd(odd, square, own.terms[k - 1, i])
-        y, change = run.y[i], h * muladd(even, h, odd) + own.lost[i]
+        a, b, c, d = own.terms[P, i], own.terms[P - 1, i], own.terms[P - 2, i], own.terms[P - 3, i]
+        for k in unrolled(P - 4, 0, -4):  # four parts, since each addition waits for the one before
+            a, b = muladd(a, fourth, own.terms[k, i]), muladd(b, fourth, own.terms[k - 1, i])
+            c, d = muladd(c, fourth, own.terms[k - 2, i]), muladd(d, fourth, own.terms[k - 3, i])
+        y, change = run.y[i], h * muladd(muladd(a, h, b), square, muladd(c, h, d)) + own.lost[i]
         end = y + change
         part = end - y
         own.loses[i] = (y - (end - part)) + (change - part)
