@@ -92,7 +92,7 @@ class LoopOverComponents:
         self.node, self.known, self.value = node, known, value
         self.name = node.target.id if isinstance(node.target, ast.Name) else ""
         self.reductions: dict[str, Any] = {}
-        """Operation by name: `maximum`, `larger` or ast.Add, whose order does not matter but for the rounding of sums."""
+        """Operation by name: `maximum`, `larger` or ast.Add. Only the rounding of sums depends on the order."""
         self.new: set[str] = set()
         """Names of the body."""
 
