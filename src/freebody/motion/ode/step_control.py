@@ -82,9 +82,8 @@ class Functions(dict[str, Compiled]):
             {name: f for functions in bound for name, f in functions.items()} | part.bound(space)
         )
         self.method = method
-        self.short = (
-            method.stable > 0
-        )  # explicit: no matrices, and few rounds beside the evaluation of the rates
+        # no matrices, and few rounds beside the evaluation of the rates or of the series
+        self.short = method.stable > 0 or method.length is not None
 
 
 # -- the length of steps -------------------------------------------------------------------------------
