@@ -527,7 +527,7 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
         (PIN, '<sensor><jointpos joint="pin"/></sensor>', "sensors: values of coordinates"),
         (PIN, '<deformable><skin/></deformable>', "nothing bends"),
         (PIN, '<tendon><spatial name="a"/></tendon>', "a spatial tendon: its force is left out"),
-        (PIN, '<actuator><muscle joint="pin"/></actuator>', "left out: muscles are left out"),
+        (PIN, '<actuator><muscle joint="pin"/></actuator>', "left out: no muscle pulls"),
         (PIN, '<actuator><general joint="pin" dyntype="integrator"/></actuator>', "a state that the machine does not"),
         (PIN, '<actuator><position joint="pin" dampratio="1"/></actuator>', "dampratio: it has no damping"),
         (PIN, '<actuator><motor site="x"/></actuator>', "acts on sites or bodies"),
