@@ -582,7 +582,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
     [
         ({"root": "<robot/>"}, "line 1: expected <mujoco> as the root of an MJCF file, got <robot>. This is URDF: rename the file to end in .urdf."),
         ({"root": "<sdf/>"}, "got <sdf>. This is SDF: convert it first"),
-        ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part: read the file that includes it."),
+        ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part of an MJCF file: read the file that includes it."),
         ({"root": "<html/>"}, "got <html>. A model file of freebody ends in .toml."),
         ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>."),
         ({"root": "<mujoco>"}, "expected XML, got text with an error"),
