@@ -629,3 +629,10 @@ def test_the_command_line_reads_robots(tmp_path):
     result = CliRunner().invoke(command, ["check", str(tmp_path / "arm.urdf")])
     assert result.exit_code == 0, result.output
     assert "Read from arm.urdf" in result.output and "'arm' is sound" in result.output
+
+
+def test_a_robot_without_a_joint_is_told_to_be_free(tmp_path):
+    s = read(tmp_path, bar("drone"))
+    with pytest.raises(ModelError, match="has no body. In its file nothing moves.*base='free'"):
+        fb.simulate(s, 1)
+    assert fb.simulate(read(tmp_path, bar("drone"), base="free"), 1).status == "finished"
