@@ -65,3 +65,20 @@ def test_impossible_body_by_values_is_refused():
     s.free("air", s.ground, s.body("ball", fb.sphere(m, 1)))
     with pytest.raises(MassError, match="Body 'ball'.*-2"):
         fb.simulate(s, 1, values={"m": -2})
+
+
+def test_a_head_without_moments_of_inertia_is_named_where_the_steps_crawl():
+    """A point mass in the plane of the axes of two hinges: their inertia is round-off, and a damper makes it stiff."""
+    s = fb.System("head")
+    s.gravity = (0, -9.81, 0)
+    neck, head = (
+        s.body(name, fb.MassProperties(m, place, ((I, 0, 0), (0, I, 0), (0, 0, I))))
+        for name, m, place, I in (("neck", 1e-12, (0, 0, 0), 1e-20), ("head", 1, (0.1, 0, 0.2), 1e-18))  # noqa: E741
+    )
+    for name, parent, child, axis in (("roll", s.ground, neck, "x"), ("yaw", neck, head, "z")):
+        s.damper(f"{name}_oil", s.hinge(name, parent, child, axis=axis), damping=0.1)
+    with pytest.raises(
+        SimulationError,
+        match='singular at t = .*"roll\'" and "yaw\'" together move no mass.*without moments of inertia',
+    ):
+        fb.simulate(s, 1)

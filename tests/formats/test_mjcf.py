@@ -527,7 +527,7 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
         (PIN, '<sensor><jointpos joint="pin"/></sensor>', "sensors: values of coordinates"),
         (PIN, '<deformable><skin/></deformable>', "nothing bends"),
         (PIN, '<tendon><spatial name="a"/></tendon>', "a spatial tendon: its force is left out"),
-        (PIN, '<actuator><muscle joint="pin"/></actuator>', "left out: muscles are left out"),
+        (PIN, '<actuator><muscle joint="pin"/></actuator>', "left out: no muscle pulls"),
         (PIN, '<actuator><general joint="pin" dyntype="integrator"/></actuator>', "a state that the machine does not"),
         (PIN, '<actuator><position joint="pin" dampratio="1"/></actuator>', "dampratio: it has no damping"),
         (PIN, '<actuator><motor site="x"/></actuator>', "acts on sites or bodies"),
@@ -582,7 +582,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
     [
         ({"root": "<robot/>"}, "line 1: expected <mujoco> as the root of an MJCF file, got <robot>. This is URDF: rename the file to end in .urdf."),
         ({"root": "<sdf/>"}, "got <sdf>. This is SDF: convert it first"),
-        ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part: read the file that includes it."),
+        ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part of an MJCF file: read the file that includes it."),
         ({"root": "<html/>"}, "got <html>. A model file of freebody ends in .toml."),
         ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>."),
         ({"root": "<mujoco>"}, "expected XML, got text with an error"),

@@ -545,6 +545,8 @@ BODY = [bar("a"), bar("b")]
             ("<sphere radius='x'/>", 'a number for radius= of <sphere>, got "x"'),
             ("<cylinder radius='1'/>", "attribute 'length' of <cylinder>"),
         )),
+        *(([bar("a").replace("</link>", f"<visual><origin xyz='0 0 {x}'/><geometry><sphere radius='1'/></geometry></visual></link>")], f'3 numbers .* "0 0 {x}"')
+          for x in ("1_000", "\u0663", "0x10", "nan", "1e400")),
         ([bar("a").replace("</link>", "<visual><geometry><sphere radius='1'/></geometry><material>"
                            "<color rgba='1 2'/></material></visual></link>")], '4 numbers for rgba= of <color>, got "1 2"'),
     ],
@@ -561,6 +563,7 @@ def test_a_wrong_robot_is_refused_with_its_line(tmp_path, parts, words):
         ("", "expected XML"),
         ("<robot>", "expected XML"),
         ("<model/>", "expected <robot>"),
+        ("<mujoco/>", "got <mujoco>. This is MJCF: rename the file to end in .xml"),
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot>&a;</robot>', "no document type"),
         ('<!DOCTYPE r SYSTEM "file:///etc/passwd"><robot/>', "no document type"),
         ("<robot>" + "<a>" * 300 + "</a>" * 300 + "</robot>", "at most 200 deep"),
@@ -626,3 +629,10 @@ def test_the_command_line_reads_robots(tmp_path):
     result = CliRunner().invoke(command, ["check", str(tmp_path / "arm.urdf")])
     assert result.exit_code == 0, result.output
     assert "Read from arm.urdf" in result.output and "'arm' is sound" in result.output
+
+
+def test_a_robot_without_a_joint_is_told_to_be_free(tmp_path):
+    s = read(tmp_path, bar("drone"))
+    with pytest.raises(ModelError, match="has no body. In its file nothing moves.*base='free'"):
+        fb.simulate(s, 1)
+    assert fb.simulate(read(tmp_path, bar("drone"), base="free"), 1).status == "finished"

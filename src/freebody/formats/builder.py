@@ -219,7 +219,7 @@ def _each(x: Any) -> Any:
     return x if isinstance(x, int) else float(x)
 
 
-def whole(x: float) -> Any:
+def whole(x: Any) -> Any:
     """Return an integer for a whole number: it is exact in formulas."""
     return int(x) if x == int(x) else x
 

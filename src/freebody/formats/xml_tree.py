@@ -17,6 +17,21 @@ MOST = 500_000
 GREATEST = 10**60
 """Greatest number of a file: its fifth power, as in the inertia of a solid of that size, is a number of floats."""
 
+ROOTS = {
+    "robot": "This is URDF: rename the file to end in .urdf",
+    "mujoco": "This is MJCF: rename the file to end in .xml",
+    "sdf": "This is SDF: convert it first, by sdformat's `gz sdf --print` and a converter such as sdformat_urdf",
+    "mujocoinclude": "This is a part of an MJCF file: read the file that includes it",
+}
+"""Roots of files of robots, and what to do where another one is expected."""
+
+
+def number(text: str) -> float:
+    """Return the number that a text is; Python's underscores and digits of other scripts are none in these formats."""
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
+
 
 @dataclass
 class Element:
@@ -41,6 +56,12 @@ class Element:
             raise self.error(f"expected the attribute '{name}' of <{self.tag}>")
         return value
 
+    def expect(self, tag: str, what: str) -> None:
+        """Raise FormatError, with the cure, unless this is the root of a kind of file."""
+        if self.tag != tag:
+            cure = ROOTS.get(self.tag, "A model file of freebody ends in .toml")
+            raise self.error(f"expected <{tag}> as the root of {what}, got <{self.tag}>. {cure}")
+
     def all(self, tag: str) -> Iterator[Element]:
         """Iterate over the children of a tag."""
         return (child for child in self.children if child.tag == tag)
@@ -56,7 +77,7 @@ class Element:
         text = self.get(name)
         words = text.replace(",", " ").split()
         try:
-            values = tuple(map(float, words))
+            values = tuple(map(number, words))
         except ValueError:
             values = ()
         if len(values) != count or not all(map(math.isfinite, values)):
@@ -71,7 +92,7 @@ class Element:
     def bound(self, name: str) -> float:
         """Return an attribute that is a limit: infinite from 1e60 on, as files write a limit that is none."""
         try:
-            value = float(self.get(name))
+            value = number(self.get(name))
         except ValueError:
             value = math.nan
         return self.number(name) if not abs(value) >= float(GREATEST) else math.copysign(math.inf, value)

@@ -204,7 +204,10 @@ def _outward(system: System) -> list[Joint]:
             f"Bodies {', '.join(ring)} hang on each other and not on the ground. Join one of them to the ground."
         )
     if not result:
-        raise ModelError(f"System '{system.name}' has no body. Add one: s.body('name', fb.sphere(m, R)).")
+        cure = "Add one: s.body('name', fb.sphere(m, R))."
+        if getattr(system, "reading", None) is not None:
+            cure = "In its file nothing moves on the ground: read it with base='free', or --read base=free."
+        raise ModelError(f"System '{system.name}' has no body. {cure}")
     return result
 
 

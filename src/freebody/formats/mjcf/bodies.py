@@ -12,6 +12,7 @@ from operator import add
 from typing import Any
 
 from ...scalar.algebra import IDENTITY, ZERO, Vector
+from ...scalar.expression import exact
 from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.rotation import Rotation
@@ -22,7 +23,7 @@ from ..xml_tree import Element
 from .document import Document
 from .geoms import Geom, Geoms
 from .masses import bounded
-from .placing import orientation, pose, unit
+from .placing import direction, orientation, pose
 from .words import ATTRIBUTES, BODY_LEFT_OUT, NOTHING
 
 JOINTS = ("hinge", "slide", "ball", "free")
@@ -201,8 +202,10 @@ class Bodies:
         if plain:
             return Joint(name, kind, full, ZERO, (0, 0, 1))
         self._known(full)
-        at: Any = tuple(map(whole, full.numbers("pos", 3, (0, 0, 0))))
-        axis: Any = unit(full, "axis", full.numbers("axis", 3, (0, 0, 1))) if kind in SINGLE else (0, 0, 1)
+        at: Any = tuple(map(exact, full.numbers("pos", 3, (0, 0, 0))))
+        axis: Any = (
+            direction(full, "axis", full.numbers("axis", 3, (0, 0, 1))) if kind in SINGLE else (0, 0, 1)
+        )
         turns = kind in ("hinge", "ball") and self.document.compiler.angle == "degree"
         ref = self._angle(full, "ref", turns) if kind in SINGLE else 0.0
         joint = Joint(

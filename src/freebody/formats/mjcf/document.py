@@ -17,12 +17,6 @@ from ..xml_tree import DEEPEST, MOST, Element, tree
 
 LARGEST = 40_000_000
 """Greatest size of an included file, in bytes."""
-ROOTS = {
-    "robot": "This is URDF: rename the file to end in .urdf",
-    "sdf": "This is SDF: convert it first, by sdformat's `gz sdf --print` and a converter such as sdformat_urdf",
-    "mujocoinclude": "This is a part: read the file that includes it",
-}
-"""Roots of XML files that are no MJCF, and what to do with them."""
 
 
 @dataclass(frozen=True)
@@ -134,9 +128,7 @@ def document(root: Element, file: Path, reading: Reading) -> Document:
     FormatError
         The message names the file and line, and says what was expected and what came.
     """
-    if root.tag != "mujoco":
-        cure = ROOTS.get(root.tag, "A model file of freebody ends in .toml")
-        raise root.error(f"expected <mujoco> as the root of an MJCF file, got <{root.tag}>. {cure}")
+    root.expect("mujoco", "an MJCF file")
     meshes = Meshes(file, reading)
     result = Document(_Included(meshes, file).expanded(root, file.resolve().parent, 0), meshes)
     for one in result.settings("compiler"):

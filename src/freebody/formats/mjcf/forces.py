@@ -211,7 +211,7 @@ def _actuator(reader: Any, element: Element, number: int, tendons: dict[str, Wei
     if not problem and not weights:
         problem = "acts on a ball or free joint, or on a spatial tendon"
     if problem:
-        reader.reading.left_out(what, element.line, f"left out: {problem}")
+        reader.reading.left_out(what, element.line, problem)
         return
     if law.problem:
         reader.reading.left_out(what, element.line, law.problem)

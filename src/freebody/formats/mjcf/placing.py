@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 from ...scalar.algebra import IDENTITY, Matrix, cross, dot, multiply
+from ...scalar.expression import exact
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ..builder import whole
@@ -24,7 +26,7 @@ def pose(element: Element, compiler: Compiler) -> Pose:
 
 def place(element: Element) -> Any:
     """Return the position of an element."""
-    return tuple(map(whole, element.numbers("pos", 3, (0, 0, 0))))
+    return tuple(map(exact, element.numbers("pos", 3, (0, 0, 0))))
 
 
 def pose_attributes(pose: Pose) -> dict[str, str]:
@@ -67,8 +69,8 @@ def orientation(element: Element, compiler: Compiler) -> Matrix:
 
 
 def of_quaternion(element: Element, q: tuple[float, ...]) -> Matrix:
-    """Return the rotation matrix of a quaternion of any length, scalar first."""
-    w, x, y, z = q
+    """Return the rotation matrix of a quaternion of any length, scalar first: rational, as the quaternion is."""
+    w, x, y, z = map(exact, q)
     n = w * w + x * x + y * y + z * z
     if n == 0:
         raise element.error(f"expected a quaternion of <{element.tag}> that is not zero")
@@ -77,7 +79,7 @@ def of_quaternion(element: Element, q: tuple[float, ...]) -> Matrix:
         (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
         (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
     )
-    return tuple(tuple(whole(entry / n) for entry in row) for row in rows)  # type: ignore[return-value]
+    return tuple(tuple(whole(Fraction(entry) / n) for entry in row) for row in rows)  # type: ignore[return-value]
 
 
 def turn(angle: float, degrees: bool) -> tuple[Any, Any]:
@@ -115,10 +117,15 @@ def to_axis(z: Any) -> Matrix:
 
 def unit(element: Element, name: str, v: Any) -> Any:
     """Return a vector of length 1."""
-    length = math.hypot(*v)
-    if length == 0:
-        raise element.error(f"expected a direction for {name}= of <{element.tag}>, got a vector of length 0")
+    length = math.hypot(*direction(element, name, v))
     return tuple(whole(x / length) for x in v)
+
+
+def direction(element: Element, name: str, v: Any) -> Any:
+    """Return a vector of any length but 0."""
+    if not any(v):
+        raise element.error(f"expected a direction for {name}= of <{element.tag}>, got a vector of length 0")
+    return tuple(map(whole, v))
 
 
 def _euler(angles: tuple[float, ...], compiler: Compiler) -> Matrix:

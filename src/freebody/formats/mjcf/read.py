@@ -28,6 +28,8 @@ from .geoms import Geoms
 from .words import COMPILER, OPTIONS, SECTIONS
 
 GRAVITY = (0.0, 0.0, -9.81)
+INERTIAS = {"hinge": "kg m²", "slide": "kg", "ball": "kg m²", "free": ""}
+"""Unit of a joint's armature; a free joint has one number for turns and translations."""
 
 
 def system_of(root: Element, file: Path, reading: Reading, options: Options) -> System:
@@ -162,7 +164,7 @@ class Reader(Builder):
         """Add the only joint of a body."""
         s, name = self.s, self.renamed(joint.name, self.joints)
         where = _where(pose, joint.place)
-        armature = self.parameter(f"A_{name}", joint.armature, "")
+        armature = self.parameter(f"A_{name}", joint.armature, INERTIAS[joint.kind])
         with refused(joint.element):
             if joint.kind in SINGLE:
                 where["at"] = self.lengths(name, where["at"])
@@ -184,7 +186,7 @@ class Reader(Builder):
 
     def motion(self, joint: Joint) -> Any:
         """Return one of several joints of a body, as a motion of a chain."""
-        armature = self.parameter(f"A_{joint.name}", joint.armature, "") or ()
+        armature = self.parameter(f"A_{joint.name}", joint.armature, INERTIAS[joint.kind]) or ()
         if joint.kind == "ball":
             return Ball(coordinate=self.quaternion(joint), at=joint.place, armature=armature)
         kind = Hinge if joint.kind == "hinge" else Slider

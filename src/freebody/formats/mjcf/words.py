@@ -76,7 +76,7 @@ TENDONS = {
 ACTUATORS: dict[str, str] = dict.fromkeys(("motor", "position", "velocity", "general", "damper"), "") | {
     "intvelocity": "its target is integrated, a state that the machine does not have",
     "cylinder": "its pressure is a state that the machine does not have",
-    "muscle": "muscles are left out",
+    "muscle": "no muscle pulls",
     "adhesion": "nothing adheres",
     "plugin": "a plugin is another simulator's code",
 }

@@ -42,6 +42,10 @@ class _Reader(Builder):
         self.robot, self.keep_fixed = robot, options.keep_fixed
         self.coordinates: dict[str, Any] = {}
         self.clusters: dict[str, Cluster] = {}
+        self.mimics: dict[str, list[tuple[Joint, float, float]]] = {}  # followers of each joint
+        for one in robot.joints.values():
+            if one.mimic is not None:
+                self.mimics.setdefault(one.mimic[0], []).append((one, *one.mimic[1:]))
 
     def system(self, base: str) -> System:
         """Return the system."""
@@ -218,11 +222,10 @@ class _Reader(Builder):
         waiting = [(joint.name, 1.0, 0.0)]
         while waiting:
             name, m, b = waiting.pop()
-            for one in self.robot.joints.values():
-                if one.mimic is not None and one.mimic[0] == name:
-                    factor, offset = one.mimic[1] * m, one.mimic[1] * b + one.mimic[2]
-                    result.append((one, factor, offset))
-                    waiting.append((one.name, factor, offset))
+            for one, multiplier, shift in self.mimics.get(name, ()):
+                factor, offset = multiplier * m, multiplier * b + shift
+                result.append((one, factor, offset))
+                waiting.append((one.name, factor, offset))
         return result
 
     def _displacement(self, joint: Joint) -> Any:

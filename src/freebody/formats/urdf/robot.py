@@ -111,8 +111,7 @@ def robot(root: Element, reading: Reading, meshes: Meshes | None = None) -> Robo
     FormatError
         The message names the line, and says what was expected and what came.
     """
-    if root.tag != "robot":
-        raise root.error(f"expected <robot> as the root of a URDF file, got <{root.tag}>")
+    root.expect("robot", "a URDF file")
     if _has_macros(root):
         raise root.error(
             "expected URDF, got xacro macros. Expand them first: `xacro IN.urdf.xacro > OUT.urdf` (ROS), or "

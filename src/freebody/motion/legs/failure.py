@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -58,13 +58,15 @@ def to_blame(kernels: Kernels, reported: int | None, rates: Rates, t: float, y: 
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
+def _state(kernels: Kernels, values: Mapping[str, float], t: float, y: Array) -> State:
+    """Return a state of floats."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    return float_state(kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), t, values)
+
+
 def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> State:
     """Return the last good state."""
-    n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    y = path.states[-1]
-    return float_state(
-        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
-    )
+    return _state(kernels, trajectory.values, path.end, path.states[-1])
 
 
 def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
@@ -108,9 +110,9 @@ def _numbers(action: Action) -> Sequence[Any]:
             return (action.value,)
 
 
-def _massless(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
-    """Return the speeds that together move no mass at the last good state."""
-    return massless_motion(kernels.model, _last_state(path, kernels, trajectory))
+def massless(kernels: Kernels, values: Mapping[str, float], t: float, y: Array) -> tuple[str, ...]:
+    """Return the speeds that together move no mass at a state."""
+    return massless_motion(kernels.model, _state(kernels, values, t, y))
 
 
 def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
@@ -201,7 +203,9 @@ def failure(
     """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
     stuck = path.status == End.STUCK
     name = "" if path.status in OF_EVENTS or stuck else kernels.names[culprit(path, kernels)]
-    idle = _massless(path, kernels, trajectory) if path.status == End.NOT_FINITE else ()
+    idle: tuple[str, ...] = ()
+    if path.status in (End.NOT_FINITE, End.TOO_MANY_STEPS):
+        idle = massless(kernels, trajectory.values, path.end, path.states[-1])
     if path.status == End.UNRESOLVED:
         what = (
             f"the event '{watched[path.blame].name}' has more zeros than can be told apart in one step, from "
@@ -215,7 +219,8 @@ def failure(
         what = (
             f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
             "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "
-            "of angles, or use a ball joint, which has no such attitude."
+            "of angles, or use a ball joint, which has no such attitude. So do bodies with masses but without moments "
+            "of inertia: give them some, or their joints an armature= (the inertia of a rotor), or weld the joints."
         )
     elif path.status == End.NOT_FINITE:
         what = (

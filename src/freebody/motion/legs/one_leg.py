@@ -15,7 +15,7 @@ from ..trajectory.in_legs import ONE_LEG
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .branch import meeting, meets
-from .failure import failure
+from .failure import failure, massless
 from .several_legs import legs_of, with_work
 
 
@@ -43,6 +43,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     way = Way(
         kernels, parameters, request.method, rates, p.tolerances, step=request.step, max_step=request.longest_step,
         max_steps=p.most_steps, watch=watching(kernels, parameters, p.specs, p.expressions),
+        stalls=lambda t, y: bool(massless(kernels, p.numbers, t, y)),
     )  # fmt: skip
     passing = kernels.active and request.step is None
     halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None

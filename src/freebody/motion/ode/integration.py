@@ -26,6 +26,7 @@ FINEST_OF_SUMS = 1e-14
 _PIECE = 0.1  # seconds between two checks of the keyboard
 _MEMORY = 1 << 25  # maximum number of bytes of one buffer
 _FIRST = 1024  # steps of the first piece
+_FAR = 100_000  # steps to the end, at the pace of the first piece, from which on its cause is looked for
 _SMALL, _SHAPES = 1 << 20, 16  # maximum size in bytes, and number, of the buffers kept for later runs
 
 
@@ -63,6 +64,8 @@ class Integration:
     method               a method of `layout.ORDERS`
     step                 length of all steps, whatever their error; shortened so that a whole number of steps fits
     until_stiff          stop, with the status STIFF, where stability limits an explicit method far from the end
+    stalls               (time, state) -> True if a run of many short steps cannot come to its end: it stops, with the
+                         status TOO_MANY_STEPS
     budget               after so many steps, tighten the tolerances so that the errors of all remaining steps together
                          stay within the errors of as many steps again
     """
@@ -76,6 +79,7 @@ class Integration:
     method: str = "dop853"
     step: float | None = None
     until_stiff: bool = False
+    stalls: Callable[[float, Array], bool] | None = None
     budget: int | None = None
 
     def path(
@@ -127,7 +131,10 @@ class Integration:
                     # at a fixed number of steps, so that runs agree to the last bit on every computer
                     _tighten(run, steps, start, until, layout.ORDERS[method])
                     relative, absolute = run.relative.copy(), run.absolute.copy()
-                if remaining <= 0:
+                if remaining <= 0 or (
+                    len(pieces) == 1 and self.stalls is not None and _steps_ahead(times, until) > _FAR
+                    and self.stalls(float(times[-1]), states[-1])
+                ):  # fmt: skip
                     status = End.TOO_MANY_STEPS
                     break
                 pace = max(done, 1) / max(perf_counter() - clock, 1e-6)
@@ -169,6 +176,12 @@ def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, 
         np.concatenate([*(piece[2][:-1] for piece in before), states]),
         tuple(crossing for piece in pieces for crossing in piece[3]),
     )
+
+
+def _steps_ahead(times: Array, until: float) -> float:
+    """Return the number of steps to the end at the pace of the later half of these."""
+    half = len(times) // 2
+    return half * abs(until - times[-1]) / max(abs(times[-1] - times[-1 - half]), float(np.finfo(float).tiny))
 
 
 def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> None:

@@ -109,6 +109,51 @@ PANDA_AS_PUBLISHED = """
 Theirs have moments about mass centres, I + m (c·c 1 - c cᵀ), for those about origins here.
 """
 
+UR5_AS_PUBLISHED = """
+1.Izz + 2.Iyy + 3.Iyy + 4.Iyy + 0.180625*3.m + 0.346398785*456 + 0.2183*4.hz
+2.Ixx - 2.Iyy - 0.180625*3456
+2.Ixy
+2.Ixz + 0.425*3.hz + 0.425*4.hz + 0.04638875*456
+2.Iyz
+2.Izz + 0.180625*3456
+2.hx - 0.425*3456
+2.hy
+3.Ixx - 3.Iyy - 0.1538600625*456
+3.Ixy
+3.Ixz + 0.0428140875*456 + 0.39225*4.hz
+3.Iyz
+3.Izz + 0.1538600625*456
+3.hx - 0.39225*456
+3.hy
+4.Ixx - 4.Iyy + 5.Iyy + 0.0089586225*56 + 0.1893*5.hz
+4.Ixy
+4.Ixz
+4.Iyz
+4.Izz + 5.Iyy + 0.0089586225*56 + 0.1893*5.hz
+4.hx
+4.hy - 5.hz - 0.09465*56
+5.Ixx - 5.Iyy + 6.Iyy + 0.00677329*6.m - 0.1646*6.hz
+5.Ixy
+5.Ixz
+5.Iyz
+5.Izz + 6.Iyy + 0.00677329*6.m - 0.1646*6.hz
+5.hx
+5.hy - 6.hz + 0.0823*6.m
+6.Ixx - 6.Iyy
+6.Ixy
+6.Ixz
+6.Iyz
+6.Izz
+6.hx
+6.hy
+"""
+"""The minimal parameter vector of the family of arms S6RRRRRR10 in the library of serial robots by Schappler (Leibniz
+University Hannover, github.com/SchapplM/robsynth-serroblib, in which the UR5 is a variant of it), at the UR5's lengths.
+
+It allows gravity across the first axis too, for which two more parameters count, hx and hy of the first link. There the
+last axis has the other sense, so that d is -0.0823 m.
+"""
+
 
 def robot(table):
     """Bodies named by their numbers, on hinges about their z axes."""
@@ -186,6 +231,13 @@ def test_a_panda_as_published():
     assert len(found) == len(expected) == 7 * 7 - 4 - 2
     assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
     assert all(terms in expected for terms in found)
+
+
+def test_a_ur5_as_published():
+    found = by_number(robot((*UR5[:5], (1, "0", "-0.0823"))))
+    expected = [published(line) for line in UR5_AS_PUBLISHED.strip().splitlines()]
+    assert len(found) == len(expected) == 36 == rank(expected) == rank([*found, *expected])
+    assert sum(terms in expected for terms in found) == 36
 
 
 @pytest.mark.parametrize("table", [PANDA, UR5])
