@@ -39,7 +39,7 @@ def test_a_contact_that_is_no_pair():
 @pytest.mark.parametrize(
     ("output", "text"),
     [
-        ("row[b0,b9].gap", r"Unknown contact 'row\[b0,b9\]' in output .*; did you mean 'row\[b0,b[12]\]'\?"),
+        ("row[b0,bb1].gap", r"Unknown contact 'row\[b0,bb1\]' in output .*; did you mean 'row\[b0,b1\]'\?"),
         ("roww[b2,b1].gap", r"; did you mean 'row\[b2,b1\]'\?"),
         ("row[b0,b0].gap", r"has the names of two members that may touch, such as 'row\[b0,b2\]'"),
         ("row[b0,b1].gp", r"Unknown quantity 'gp' of contact 'row\[b0,b1\]'; did you mean 'gap'\?"),
