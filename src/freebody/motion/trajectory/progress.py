@@ -18,7 +18,7 @@ from typing import Any
 from ...errors import SimulationError
 
 _PATIENCE = 1.0  # seconds before the bar appears
-SHORT = 5e-3
+SHORT = 0.02
 """Seconds that compiled code runs in the thread that called it: a change of threads takes about 1e-4 s."""
 GLANCE = 0.05
 """Seconds between two looks at how far the code is."""
