@@ -8,7 +8,7 @@ each contact satisfies Signorini's and Coulomb's conditions to the residual that
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
@@ -20,11 +20,9 @@ from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
 from ..cones.contacts import ACCEPTED
-from ..contact.motion import check_coefficients
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
-from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
@@ -39,7 +37,7 @@ from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import MOST_SWEEPS, failure
+from .failure import MOST_SWEEPS, check_laws, failure
 from .memory import memory_of
 from .pair_motion import PairLog
 from .stepped_kernels import stepping
@@ -90,7 +88,7 @@ def _run_of(problem: Problem) -> _Run:
     if not h > 0:
         raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
     check_forwards(begin, end, "a machine with contacts", "friction and impacts")
-    _check_laws(kernels, values)
+    check_laws(kernels, values)
     blows = blows_of(request.impulses)
     for one in blows:
         if one.options["normal"] is not None or one.options["restitution"] is not None:
@@ -105,28 +103,6 @@ def _run_of(problem: Problem) -> _Run:
         count = math.ceil((end - begin) / h)
     h = (end - begin) / count if count else h
     return _Run(problem, h, count, blows)
-
-
-def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
-    model = kernels.model
-    check_coefficients(model, values)
-    for c in model.contacts:
-        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
-        if moving:
-            raise SimulationError(
-                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
-                f"{', '.join(moving)}. Take method='auto'."
-            )
-        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
-            raise SimulationError(
-                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
-                "one. Leave static_friction out, or take method='auto'."
-            )
-        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
-            raise SimulationError(
-                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
-                "Leave impact= out, or take method='auto'."
-            )
 
 
 class _Run:
