@@ -46,12 +46,13 @@ class Alone:
         job, low = self.job, self.results.low
         threads = max(1, min(job.threads, len(lanes))) if self._parallel() else 1
         first = 1 if threads > 1 else 0  # the first lane compiles what all lanes need
-        for some, before in ((lanes[:first], 0), (lanes[first:], first)):
-            share(
-                some, lambda part, _: self.chunk(part), [None] * threads, 1, 1 << 16,
-                lambda done, before=before: between(float(low + before + done)),
-                self.halt.press if self._parallel() else None,
-            )  # fmt: skip
+        halt = self.halt.press if self._parallel() else None
+        for some, before in ((lanes[:first], low), (lanes[first:], low + first)):
+
+            def done(count: int, before: int = before) -> None:
+                between(float(before + count))
+
+            share(some, lambda part, _: self.chunk(part), [None] * threads, 1, 1 << 16, done, halt)
 
     def _parallel(self) -> bool:
         """Return True if threads gain time: controllers are handled in Python."""

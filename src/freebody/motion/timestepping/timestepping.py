@@ -351,9 +351,8 @@ class _Run:
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, h, done = self.states.shape[1], self.h, self.done
         states, logs = self.states[: done + 1], self.log.until(done)
-        impulses, works, corrections, modes = (
-            part[:done] for part in (self.impulses, self.works, self.moved, self.modes)
-        )
+        impulses, works, corrections = (part[:done] for part in (self.impulses, self.works, self.moved))
+        modes = self.modes[:done]
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
         if len(states) == self.count + 1:
             moments[-1] = self.end  # exact: the sum of the steps has round-off
