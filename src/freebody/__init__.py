@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from functools import partial
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 from . import rooms_above as _rooms_above
@@ -215,6 +216,11 @@ def __getattr__(name: str) -> Any:
         with no_collection():
             module = import_module(f"{__name__}.{place}")
         value = module if whole and not attribute else getattr(module, attribute or name)
+        if isinstance(value, FunctionType) and not hasattr(value, "__wrapped__"):
+            from .errors import arguments_named
+
+            value = arguments_named(value)
+            setattr(module, attribute or name, value)  # the function that pickle finds
         globals()[name] = value
         return value
     if name.startswith("__"):  # asked by tools, not by people: keep it cheap

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 LONGEST = 300
 """Greatest length, in characters, of a value shown in a message."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+Thing = TypeVar("Thing")
 
 
 class FreebodyError(Exception):
@@ -101,8 +103,10 @@ def nearest(name: str, known_names: Iterable[str], command: str = "") -> str:
     return "known names: " + ", ".join(names) + "."
 
 
-def arguments_named(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+def arguments_named(thing: Thing) -> Thing:
     """Decorator: a call with wrong arguments raises an error that names the arguments of the function.
+
+    Of a class, that holds for its public methods, for making an instance, and for calling one.
 
     >>> @arguments_named
     ... def spring(on, *, stiffness, rest=0):
@@ -116,9 +120,22 @@ def arguments_named(function: Callable[Arguments, Result]) -> Callable[Arguments
     ...
     freebody.errors.ArgumentError: Expected spring(on, stiffness, rest): missing a required argument: 'stiffness'.
     """
+    if not isinstance(thing, type):
+        return cast("Thing", _named(cast("Callable[..., Any]", thing), None, ""))
+    for name, value in list(vars(thing).items()):
+        if inspect.isfunction(value) and not hasattr(value, "__wrapped__"):
+            called = name in ("__init__", "__call__")
+            if called or not name.startswith("_"):
+                title = getattr(thing, "named", thing.__name__) if called else value.__name__
+                setattr(thing, name, _named(value, title, "method"))
+    return thing
+
+
+def _named(function: Callable[..., Any], title: str | None, kind: str) -> Callable[..., Any]:
+    """Return a function that says what its arguments are where it is called with others."""
 
     @wraps(function)
-    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+    def called(*args: Any, **kwargs: Any) -> Any:
         try:
             return function(*args, **kwargs)
         except TypeError:
@@ -126,14 +143,31 @@ def arguments_named(function: Callable[Arguments, Result]) -> Callable[Arguments
             try:
                 signature.bind(*args, **kwargs)
             except TypeError as wrong:
-                names = [name for name in signature.parameters if name not in ("self", "system")]
-                title = function.__name__.removesuffix("_system").removesuffix("_batch")
+                names = list(signature.parameters)[1 if kind == "method" else 0 :]
+                own = title or function.__name__
+                own = own.removesuffix("_system").removesuffix("_batch")
                 for name in kwargs:
                     if name not in names:
                         raise ArgumentError(
-                            f"Expected an argument of {title}, got '{name}='; {nearest(name, names)}"
+                            f"Expected an argument of {own}, got '{name}='; {nearest(name, names)}"
                         ) from None
-                raise ArgumentError(f"Expected {title}({', '.join(names)}): {wrong}.") from None
+                such_as = _example(function, own, kind == "method")
+                raise ArgumentError(f"Expected {own}({', '.join(names)}): {wrong}.{such_as}") from None
             raise
 
     return called
+
+
+def _example(function: Callable[..., Any], title: str, method: bool) -> str:
+    """Return a sentence with the first call of a function that one line of its docstring shows, or an empty text."""
+    of = r"(?!fb\.)\w+\." if method else r"(?:fb\.)?"
+    for line in (inspect.getdoc(function) or "").splitlines():
+        found = re.search(rf">>> .*?(?<![\w.])({of}{title}\()", line)
+        if found:
+            depth = 0
+            for place in range(found.end(1) - 1, len(line)):
+                depth += {"(": 1, ")": -1}.get(line[place], 0)
+                if depth == 0:
+                    call = line[found.start(1) : place + 1]
+                    return f" An example: {call if method else 'fb.' + call.removeprefix('fb.')}"
+    return ""

@@ -35,6 +35,29 @@ def test_a_contact_that_is_no_pair():
         motion.contacts["floor"]
 
 
+@pytest.mark.parametrize("method", [{}, {"method": "timestepping", "step": 0.01}], ids=["events", "steps"])
+@pytest.mark.parametrize(
+    ("output", "text"),
+    [
+        ("row[b0,bb1].gap", r"Unknown contact 'row\[b0,bb1\]' in output .*; did you mean 'row\[b0,b1\]'\?"),
+        ("roww[b2,b1].gap", r"; did you mean 'row\[b2,b1\]'\?"),
+        ("row[b0,b0].gap", r"has the names of two members that may touch, such as 'row\[b0,b2\]'"),
+        ("row[b0,b1].gp", r"Unknown quantity 'gp' of contact 'row\[b0,b1\]'; did you mean 'gap'\?"),
+        ("row[b0,b1].gap.1", r"Expected 'row\[b0,b1\].gap', which has no components"),
+    ],
+)
+def test_outputs_of_pairs(method, output, text):
+    s, start = row(3)
+    with pytest.raises(fb.errors.SimulationError, match=text):
+        fb.simulate(s, 0.01, initial=start, **method)[output]
+
+
+def test_events_are_expressions():
+    s, start = row(3)
+    with pytest.raises(fb.errors.SimulationError, match="got a quantity of a contact .*, which is an output"):
+        fb.simulate(s, 0.01, initial=start, events="row[b0,b1].gap", method="timestepping", step=0.01)
+
+
 def test_displacements_that_are_not_linear():
     s = fb.System("crank")
     q = s.coordinates("q")

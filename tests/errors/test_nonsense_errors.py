@@ -276,6 +276,24 @@ def test_arguments_that_a_function_does_not_have(pendulum):
         ),
         (lambda: fb.sweep(s, {"x": [1]}, until=1, output="x"), "'output='; did you mean 'outputs'?"),
         (lambda: fb.compile(s, thread=2), "argument of compile, got 'thread='; did you mean 'threads'?"),
+        # all public functions and classes, solids and shapes among them, without a word in their own files
+        (
+            lambda: fb.box(1, 1, 2, 3),
+            "Expected box(m, sizes): too many positional arguments. An example: fb.box(12, (1, 2, 3))",
+        ),
+        (lambda: fb.disk(1, radus=2), "argument of disk, got 'radus='; did you mean 'radius'?"),
+        (lambda: fb.draw(s, valus={}), "argument of draw, got 'valus='; did you mean 'values'?"),
+        (lambda: fb.System("a", gravity=1), "argument of System, got 'gravity='; known names: name"),
+        (lambda: fb.MassProperties(1, 2, 3, 4, 5, 6), "Expected MassProperties(mass, "),
+        (lambda: s.ground.sphere(rad=1), "argument of sphere, got 'rad='; did you mean 'radius'?"),
+        (
+            lambda: s.ground.capsule(1),
+            "Expected capsule(start, end, radius): missing a required argument: 'end'.",
+        ),
+        (
+            lambda: s.contacts("c", [], frction=1),
+            "argument of contacts, got 'frction='; did you mean 'friction'?",
+        ),
     ):
         with pytest.raises(ArgumentError) as caught:
             call()

@@ -297,3 +297,28 @@ def test_a_wall_at_rest_needs_no_sweeps_because_its_patches_stay():
     motion = fb.simulate(s, 1.0, initial=start, method="timestepping", step=H)
     assert motion.sweeps < 4
     assert abs(np.diff(motion["f2_z"])).max() < 1e-12
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "timestepping", "step": 1e-3}], ids=["events", "steps"])
+def test_pairs_have_quantities_by_name(method):
+    """A sphere that lies on the floor, in a motion and in a batch: m g, and the same by either order of the names."""
+    s = fb.System("two")
+    s.gravity = (0, 0, -9.81)
+    balls, start = [s.body(f"b{i}", fb.sphere(2, 0.05)) for i in range(2)], {}
+    for i, ball in enumerate(balls):
+        s.free(f"f{i}", s.ground, ball)
+        start |= {f"f{i}_x": 0.5 * i, f"f{i}_z": 0.05}
+    s.contacts("pile", [*(ball.sphere(0.05) for ball in balls), s.ground.plane(normal="z")], friction=0.5)
+    motion = fb.simulate(s, 0.02, initial=start, **method)
+    assert np.allclose(motion["pile[b0,ground].normal"][1:], 2 * 9.81, rtol=1e-9)
+    assert np.array_equal(motion["pile[b0,b1].gap"], motion.contacts["pile[b0,b1]"].gap)
+    assert np.array_equal(motion["pile[b1,b0].gap"], motion["pile[b0,b1].gap"])
+    assert motion["pile[b0,ground].slip"].shape == (len(motion.t), 2)
+    assert motion["final(pile[b1,b0].gap)"] == pytest.approx(0.4, abs=1e-12)
+    assert motion["pile[b0,ground].mode"][-1] == "stick"
+    names = ["pile[b0,ground].normal", "pile[b1,b0].gap", "pile[b0,ground].mode"]
+    lanes = fb.simulate(
+        s, 0.02, initial=start | {"f1_x": [0.5, 0.6]}, outputs=names, times=[0.01, 0.02], **method
+    )
+    assert np.allclose(lanes[names[0]], 2 * 9.81, rtol=1e-9) and lanes[names[0]].attrs["units"] == "N"
+    assert np.allclose(lanes[names[1]].values[:, -1], [0.4, 0.5], atol=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..errors import arguments_named
 from .frame import Frame
 from .shapes.circle import circle
 from .shapes.corners import corners
@@ -16,6 +17,7 @@ from .shapes.solid import box, capsule, hull
 from .shapes.sphere import sphere
 
 
+@arguments_named
 @dataclass(frozen=True, eq=False, repr=False)
 class Body(Frame):
     """A rigid body: a frame (origin and axes x, y, z) that carries mass.

@@ -62,6 +62,7 @@ from .names import TIME, check_name, finite
 from .part import add
 
 
+@arguments_named
 class System(Description):
     """A machine: parameters, bodies, joints, forces, springs, dampers.
 
@@ -219,45 +220,44 @@ class System(Description):
 
     # -- joints, loads, constraints, contacts ---------------------------------------------------
 
-    hinge = arguments_named(_hinge.hinge)
-    slider = arguments_named(_slider.slider)
-    cylindrical = arguments_named(_cylindrical.cylindrical)
-    screw = arguments_named(_screw.screw)
-    universal = arguments_named(_universal.universal)
-    gimbal = arguments_named(_gimbal.gimbal)
-    planar = arguments_named(_planar.planar)
-    ball = arguments_named(_ball.ball)
-    free = arguments_named(_free.free)
-    weld = arguments_named(_weld.weld)
-    chain = arguments_named(_chain.chain)
-    path_joint = arguments_named(_path_joint.path_joint)
-    add = arguments_named(add)
-    force = arguments_named(_loads.force)
-    torque = arguments_named(_loads.torque)
-    spring = arguments_named(_loads.spring)
-    damper = arguments_named(_loads.damper)
-    torsion_spring = arguments_named(_loads.torsion_spring)
-    generalized_force = arguments_named(_loads.generalized_force)
-    drag = arguments_named(_drag.drag)
-    motor = arguments_named(_motor.motor)
-    gravitation = arguments_named(_gravitation.gravitation)
-    belt = arguments_named(_belt.belt)
-    bushing = arguments_named(_bushing.bushing)
-    cable = arguments_named(_cable.cable)
-    tyre = arguments_named(_tyre.tyre)
-    constrain = arguments_named(_constraints.constrain)
-    constrain_speed = arguments_named(_constraints.constrain_speed)
-    gear = arguments_named(_gear)
-    rope = arguments_named(_constraints.rope)
-    rolling = arguments_named(_constraints.rolling)
-    contact = arguments_named(_contacts.contact)
-    stop = arguments_named(_stop.stop)
-    friction = arguments_named(_joint_friction.friction)
-    controller = arguments_named(_controller.controller)
+    hinge = _hinge.hinge
+    slider = _slider.slider
+    cylindrical = _cylindrical.cylindrical
+    screw = _screw.screw
+    universal = _universal.universal
+    gimbal = _gimbal.gimbal
+    planar = _planar.planar
+    ball = _ball.ball
+    free = _free.free
+    weld = _weld.weld
+    chain = _chain.chain
+    path_joint = _path_joint.path_joint
+    add = add
+    force = _loads.force
+    torque = _loads.torque
+    spring = _loads.spring
+    damper = _loads.damper
+    torsion_spring = _loads.torsion_spring
+    generalized_force = _loads.generalized_force
+    drag = _drag.drag
+    motor = _motor.motor
+    gravitation = _gravitation.gravitation
+    belt = _belt.belt
+    bushing = _bushing.bushing
+    cable = _cable.cable
+    tyre = _tyre.tyre
+    constrain = _constraints.constrain
+    constrain_speed = _constraints.constrain_speed
+    gear = _gear
+    rope = _constraints.rope
+    rolling = _constraints.rolling
+    contact = _contacts.contact
+    stop = _stop.stop
+    friction = _joint_friction.friction
+    controller = _controller.controller
 
     # -- bodies ---------------------------------------------------------------------------------
 
-    @arguments_named
     def body(
         self, name: str, mass_properties: MassProperties, *, shape: Any = None, color: str | None = None
     ) -> Body:

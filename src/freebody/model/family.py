@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Any
 
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
-from ..errors import SimulationError
+from ..errors import SimulationError, nearest
 from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
@@ -121,6 +122,39 @@ class Family:
         for i, member in enumerate(self.members):
             result.setdefault(member.kind, []).append(i)
         return result
+
+
+def contact_named(model: Model, name: str) -> Contact | None:
+    """Return the contact with a name, or that of two members of a family in either order; None if there is none."""
+    for contact in model.contacts:
+        if contact.name == name:
+            return contact
+    for family in (*model.families, *model.unrolled):
+        pair = family.pair(name) if name.startswith(f"{family.name}[") else None
+        if pair is not None:
+            return family.contact(*family.ordered(*pair))
+    return None
+
+
+def meant_contact(model: Model, name: str) -> str:
+    """Return the end of a message about the name of a contact that does not exist: what may be meant."""
+    whole, _, inside = name.partition("[")
+    names = [contact.name for contact in model.contacts]
+    families = {family.name: family for family in (*model.families, *model.unrolled)}
+    for near in get_close_matches(whole, families, n=1):
+        family = families[near]
+        labels = [
+            (get_close_matches(x, family.places, n=1) or [""])[0] for x in inside.rstrip("]").split(",")
+        ]
+        likely = f"{near}[{','.join(labels)}]"
+        if contact_named(model, likely) is not None:
+            return f"did you mean '{likely}'?"
+        if not names or inside:
+            return (
+                f"a contact of the family '{near}' has the names of two members that may touch, such as "
+                f"'{family.label(0, len(family.members) - 1)}'."
+            )
+    return nearest(name, names) if names or families else f"'{model.name}' has no contacts."
 
 
 def touch_each_other(first: ContactShape, second: ContactShape) -> bool:

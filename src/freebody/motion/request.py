@@ -34,7 +34,7 @@ from .start.initial import asks_for_many, initial_state, number
 from .start.loop_closure import closed_start
 from .start.signals import at_time, check_signals
 from .trajectory.event import EventSpec, expressions_of, specs_of, switch_specs
-from .trajectory.progress import Progress
+from .trajectory.progress import Halt, Progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class Request:
     start: Expression = 0
     max_step: float | None = None
     max_steps: int | None = None
-    progress: bool | Callable[[float], Any] | None = None
+    progress: bool | Callable[[float], Any] | Halt | None = None
     outputs: Any = None
     store: Any = None
     threads: int | None = None

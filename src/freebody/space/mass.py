@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import sympy
 
-from ..errors import MassError
+from ..errors import MassError, arguments_named
 from ..scalar.algebra import (
     ZERO,
     Expression,
@@ -58,6 +58,7 @@ class Products(NamedTuple):
     yz: Scalar
 
 
+@arguments_named
 @dataclass(frozen=True)
 class MassProperties:
     """Mass, mass centre and inertia matrix of a rigid body.

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from typing import Any
 
-from ...errors import ModelError, shown
+from ...errors import ModelError, arguments_named, shown
 from ...scalar.algebra import Expression
 from ..description import Description, changes_of, claim
 from ..frame import Frame, own_body
@@ -17,8 +17,11 @@ from .family import ContactFamily
 from .system_contacts import SHAPES, check_pair, shape_of
 
 
+@arguments_named
 class ContactTable(Table):
     """The contacts of a system by name; a call adds a family of contacts."""
+
+    named = "contacts"
 
     def __init__(self, system: Description) -> None:
         super().__init__(changes_of(system))

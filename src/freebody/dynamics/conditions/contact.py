@@ -20,7 +20,8 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -83,6 +84,16 @@ def contact_layout(contacts: Sequence[Contact]) -> tuple[ContactRow, ...]:
 def touches(model: Model, state: State) -> tuple[Touch, ...]:
     """Return the geometry of every contact element."""
     return tuple(touch(model, state, contact) for contact in model.contacts)
+
+
+def definite_touches(model: Model, state: State) -> Iterator[tuple[Contact, Touch]]:
+    """Yield the contact elements whose nearest points are definite, with their geometry, in floats.
+
+    Shapes with a common centre or axis are equally near on all sides; so is a disk that lies flat.
+    """
+    for contact in model.contacts:
+        with suppress(ZeroDivisionError):
+            yield contact, touch(model, state, contact)
 
 
 def touch(model: Model, state: State, contact: Contact) -> Touch:

@@ -25,6 +25,7 @@ from ..legs.sensitivity import Sensitivity
 from ..ode.dense_output import Crossing
 from ..route import route_of_one
 from ..trajectory.extremes import extremes, values
+from ..trajectory.progress import Halt, HaltedError
 from ..trajectory.trajectory import Trajectory
 from .job import Job
 from .results import Results
@@ -38,20 +39,20 @@ class Alone:
     """Lanes, ready to run one by one."""
 
     def __init__(self, job: Job, results: Results) -> None:
-        self.job, self.results = job, results
+        self.job, self.results, self.halt = job, results, Halt()
 
     def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:
         """Run lanes, given by number."""
         job, low = self.job, self.results.low
         threads = max(1, min(job.threads, len(lanes))) if self._parallel() else 1
-        if threads > 1:  # the first lane compiles what all lanes need
-            self.chunk(lanes[:1])
-            between(float(low + 1))
-        first = 1 if threads > 1 else 0
-        share(
-            lanes[first:], lambda some, _: self.chunk(some), [None] * threads, 1, 1 << 16,
-            lambda done: between(float(low + first + done)),
-        )  # fmt: skip
+        first = 1 if threads > 1 else 0  # the first lane compiles what all lanes need
+        halt = self.halt.press if self._parallel() else None
+        for some, before in ((lanes[:first], low), (lanes[first:], low + first)):
+
+            def done(count: int, before: int = before) -> None:
+                between(float(before + count))
+
+            share(some, lambda part, _: self.chunk(part), [None] * threads, 1, 1 << 16, done, halt)
 
     def _parallel(self) -> bool:
         """Return True if threads gain time: controllers are handled in Python."""
@@ -60,6 +61,8 @@ class Alone:
     def chunk(self, lanes: NDArray[np.int64]) -> None:
         """Run some lanes, given by number, and put their results in place."""
         for lane in lanes:
+            if self.halt.pressed:
+                raise HaltedError
             with nullcontext() if self._parallel() else _ONE_AT_A_TIME:
                 self.lane(int(lane))
 
@@ -70,7 +73,8 @@ class Alone:
         motion: Trajectory | None = None
         try:
             initial, numbers = job.lanes.initial_of(lane), job.lanes.values_of(lane)
-            request = replace(job.request, initial=initial, values=numbers)
+            progress = self.halt if self._parallel() else False
+            request = replace(job.request, initial=initial, values=numbers, progress=progress)
             motion = route_of_one(request)(request)
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)

@@ -62,14 +62,14 @@ def variables_of(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, st
 def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
     """Return the attributes of an output."""
     if isinstance(value, OfContact):
-        about = {"long_name": f"{value.what} of contact {model.contacts[value.contact].name}"}
+        about = {"long_name": f"{value.what} of contact {value.contact}"}
         if value.what == "mode":
             return {
                 **about,
                 "flag_values": np.arange(len(CONTACT_MODES)),
                 "flag_meanings": " ".join(CONTACT_MODES),
             }
-        return {"units": model.contacts[value.contact].units[value.what], **about}
+        return {"units": value.unit(model), **about}
     if isinstance(value, OfReaction):
         what = "magnitude" if value.component is None else f"{AXES[value.component]} component"
         return {

@@ -20,13 +20,16 @@ def share(
     size: int,
     largest: int,
     between: Callable[[int], None],
+    halt: Callable[[], None] | None = None,
 ) -> None:
     """Run ``chunk(lanes, memory)`` until all lanes are done, with one thread for each memory.
 
     The first chunks have ``size`` lanes, and none has more than ``largest``; ``between`` gets the number of lanes done.
+    ``halt`` is called at Ctrl-C, and ends the lanes that run; one thread of its own is taken for it. Without it the
+    threads end their chunks, and for a single memory there is none.
     """
     place = 0
-    if len(memories) == 1:
+    if len(memories) == 1 and halt is None:
         while place < len(lanes):
             clock = perf_counter()
             chunk(lanes[place : place + size], memories[0])
@@ -42,18 +45,23 @@ def share(
         return perf_counter() - clock
 
     with ThreadPoolExecutor(len(memories), thread_name_prefix="freebody") as pool:
-        while place < len(lanes) or running:
-            while free and place < len(lanes):
-                some = lanes[place : place + min(size, -(-(len(lanes) - place) // len(memories)))]
-                memory = free.pop()
-                running[pool.submit(timed, some, memory)] = memory, len(some)
-                place += len(some)
-            for task in wait(running, return_when=FIRST_COMPLETED).done:
-                memory, count = running.pop(task)
-                size = _next(count, task.result(), largest)
-                free.append(memory)
-                done += count
-                between(done)
+        try:
+            while place < len(lanes) or running:
+                while free and place < len(lanes):
+                    some = lanes[place : place + min(size, -(-(len(lanes) - place) // len(memories)))]
+                    memory = free.pop()
+                    running[pool.submit(timed, some, memory)] = memory, len(some)
+                    place += len(some)
+                for task in wait(running, return_when=FIRST_COMPLETED).done:
+                    memory, count = running.pop(task)
+                    size = _next(count, task.result(), largest)
+                    free.append(memory)
+                    done += count
+                    between(done)
+        except KeyboardInterrupt:  # the pool waits for its threads
+            if halt is not None:
+                halt()
+            raise
 
 
 def _next(size: int, seconds: float, largest: int) -> int:

@@ -58,12 +58,14 @@ class ContactProblem(Record):
     ``matrix``    A_aa, then A_ab for the rows b of the same contact behind a, with A = W Xᵀ
     ``v``         Σ X x;  ``r``: rates;  ``e``: violations of the laws, as rates
     ``residual``  greatest violation of a law in the last result, relative to the reference
+    ``stop``      not 0 ends sweeps and Newton's method without a result; another thread writes it
     """
 
     blocks: Blocks
     count: Whole
     reference: Real
     residual: Real
+    stop: Whole
     W: Row
     X: Row
     rows: Annotated[Wholes, "most"]

@@ -196,7 +196,7 @@ def improve(problem: ContactProblem, islands: Islands, island: int, goal: float)
         newton.y[i], newton.past[i], newton.moved[i] = x[i], x[i], 0.0
         unit += part.scale[i] / part.count
     soft, last, least, idle = SOFT * unit, residual(part), islands.worst[island] / problem.reference, 0
-    while idle < IDLE and least > goal and math.isfinite(last):
+    while idle < IDLE and least > goal and math.isfinite(last) and problem.stop == 0:
         idle += 1
         steps = balance(part, newton, soft, greater(ROUND_OFF, INEXACT * last), FEW)
         islands.steps += steps
@@ -221,7 +221,7 @@ def improve(problem: ContactProblem, islands: Islands, island: int, goal: float)
                 greater(soft / 10.0, HARDEST * unit) if left > FINE else lesser(10.0 * soft, SOFTEST * unit)
             )
         last = left
-    if least > goal and part.blocks.n <= DENSE:
+    if least > goal and part.blocks.n <= DENSE and problem.stop == 0:
         begin_anew(problem, islands, least, goal)
 
 

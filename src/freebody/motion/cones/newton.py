@@ -152,7 +152,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
     size = error(problem, memory.y, soft, v, here)
     kinks = 0
     for turn in range(most):
-        if size <= flat * root(dot(v, v, n)):
+        if size <= flat * root(dot(v, v, n)) or problem.stop != 0:
             return turn
         kept = memory.kept == soft
         if not kept and slope(problem, memory, soft) == 0:
@@ -276,7 +276,7 @@ def multiply(problem: ContactProblem, memory: Newton, soft: float, goal: float) 
         for a in range(problem.count):
             x[a] = memory.here.x[a]
         size = measure(problem)
-        if not math.isfinite(size):
+        if problem.stop != 0 or not math.isfinite(size):
             return count
         idle += 1
         if size < memory.residual:
@@ -344,7 +344,7 @@ def sweep(problem: ContactProblem) -> float:
     x, r = problem.x, problem.r
     left = measure(problem)
     for turn in range(SWEEPS):
-        if left <= ROUGH or not math.isfinite(left):
+        if left <= ROUGH or problem.stop != 0 or not math.isfinite(left):
             return left
         for a in range(problem.count):
             if problem.kinds[a] != SECOND:

@@ -46,7 +46,7 @@ def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int
         for a in range(count):
             memory.before[a] = x[a]
         problem.residual = sweep(problem, memory) / problem.reference
-        if not math.isfinite(problem.residual):
+        if problem.stop != 0 or not math.isfinite(problem.residual):
             return -1
         if problem.residual <= tolerance:
             add_all(problem)

@@ -11,9 +11,8 @@ a blow.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import compress
-from time import perf_counter
 
 import numpy as np
 
@@ -28,10 +27,11 @@ from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
 from ..start.overlap import refuse_overlap
+from ..trajectory.progress import Progress
 from .state import ContactRun
 
-PIECE, FIRST = 0.05, 1 << 10
-"""Seconds between two looks at the keyboard, and the number of steps up to the first."""
+FEW = 1 << 10
+"""Steps and stages of events, over the number of rows of all contacts, before a thread is worth it."""
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
@@ -41,29 +41,32 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     refuse_overlap(work.model.name, zip(compress(work.names, rigid), seen.gap[rigid], strict=False), near)
 
 
-def run(work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None]) -> End:
+def run(work: ContactRun, state: Array, begin: float, end: float, between: Progress) -> End:
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
     it, memory = work.it, work.memory
     it.y[:], it.t = [*state, 0.0, 0.0], begin
     it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
     choose_features(work)
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
-    loop, steps, clock = code("go_on"), FIRST, perf_counter()
-    it.budget = steps
+    loop, few = code("go_on"), max(FEW // (1 + it.rows), 4)
+    between.halt.watch(it)
     try:
         while True:
             if changed(work):
                 return ENDS[End.TERMINAL]
             it.target = min(work.next_stop(), end)
+            it.budget = few
             answer = loop(it, memory.steps, memory.problem)
             while answer >= event_run.GROW:
-                if answer == event_run.PAUSE:
-                    pace = steps / max(perf_counter() - clock, 1e-6)
-                    steps, clock = max(16, min(4 * steps, int(PIECE * pace))), perf_counter()
-                    it.budget = steps
+                if answer == event_run.PAUSE or it.stop:
                     between(it.t)
                 answered(work, answer)
-                answer = loop(it, memory.steps, memory.problem)
+                it.budget = few
+                if answer == event_run.PAUSE and between.is_long:
+                    it.budget = event_run.NO_PAUSE
+                    answer = between.result(lambda: it.t, loop, it, memory.steps, memory.problem)
+                else:
+                    answer = loop(it, memory.steps, memory.problem)
             if answer != End.FINISHED or (it.t >= end and not (work.blows and work.blows[0][0] <= it.t)):
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:

@@ -72,8 +72,9 @@ def pass_stage(it: EventRun, run: Run, contacts: Contacts) -> int:
 @compiled
 def ready(it: EventRun, contacts: Contacts) -> int:
     """Return RUNNING if there is room for a stage at an event, with the contacts looked at, or why Python is asked."""
-    if it.budget <= 0:
+    if it.budget <= 0 or it.stop != 0:
         return event_run.PAUSE
+    it.budget -= 1
     if room_for_event(it) == 0:
         return event_run.LONGER
     if it.stale != 0:
@@ -265,9 +266,12 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
 @compiled
 def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
+    if it.budget <= 0 or it.stop != 0:
+        return event_run.PAUSE
     if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    piece = event_run.PIECE if it.implicit == 0 else event_run.FEW
+    piece = event_run.PIECE if it.budget > event_run.PIECE else it.budget
+    piece = piece if it.implicit == 0 else event_run.FEW
     run.room = piece if it.steps_left > piece else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
@@ -288,7 +292,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         if creeps(it, n) != 0:
             return event_run.STALLED
         if it.steps_left > 0:
-            return event_run.PAUSE if it.budget <= 0 else RUNNING
+            return RUNNING
         status = event_run.TOO_MANY_STEPS
     it.blame = run.blame
     return end_phase(it, run, contacts, status)

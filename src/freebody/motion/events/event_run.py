@@ -41,6 +41,8 @@ BOUNCES = 40
 """Number of impacts that are remembered, in search of cycles."""
 PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
+NO_PAUSE = 1 << 60
+"""A budget that does not end."""
 PIECE, FEW = 256, 16
 """Number of steps between two looks at the memory; of implicit ones between two looks at what makes them so."""
 STALL, STALL_TIME = 20_000, 1e-4
@@ -125,7 +127,8 @@ class EventRun(Record):
     ``leap``, ``leapt``           length and end of the last step of the speeds alone
     ``impulses``                  work of impacts and blows
     ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff
-    ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
+    ``stop``                      not 0 pauses the run; another thread writes it
+    ``budget``, ``steps_left``    steps and stages until the next pause, and steps until the run is given up
     ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
@@ -202,6 +205,7 @@ class EventRun(Record):
     impulses: Real
     implicit: Whole
     budget: Whole
+    stop: Whole
     steps_left: Whole
     crept: Whole
     crept_from: Real

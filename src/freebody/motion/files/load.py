@@ -33,6 +33,7 @@ from ..ode.layout import ORDERS
 from ..phase.candidates import layout_of
 from ..phase.scene import Phase, phase_of
 from ..timestepping.course import Impulses, InSteps, Stepping
+from ..timestepping.pair_motion import PairLog
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
 from ..trajectory.in_legs import InLegs
@@ -197,10 +198,10 @@ def _happening(
     return Happening(float(time), str(name), int(sign), dict(before), str(text), dict(after), warnings)
 
 
-def _pairs(model: Model, read: _Reader, steps: int) -> tuple[Array, ...]:
+def _pairs(model: Model, read: _Reader, steps: int) -> PairLog:
     """Return the entries of pairs of families in every step."""
     if not model.families:
-        return ()
+        return PairLog.made(steps).until(steps)
     entries = read.reals("pairs", (None, ENTRY))
     counts = read.integers("pair_counts", (steps,), len(entries) + 1)
     members = sum(len(family.members) for family in model.families)
@@ -208,7 +209,7 @@ def _pairs(model: Model, read: _Reader, steps: int) -> tuple[Array, ...]:
         np.isin(entries[:, 3], range(5)).all() and np.isin(entries[:, 10:12], range(members)).all()
     ):
         raise ValueError("its pairs of families are not those of its steps")
-    return tuple(np.split(entries, np.cumsum(counts)[:-1])) if steps else ()
+    return PairLog(entries, np.append(0, np.cumsum(counts)))
 
 
 def _blows(model: Model, entries: Sequence[Any]) -> dict[int, list[Any]]:

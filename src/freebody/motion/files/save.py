@@ -25,7 +25,6 @@ from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.course import Leap, Touching
-from ..families.family_record import ENTRY
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
 from ..timestepping.course import InSteps, Steps
@@ -154,8 +153,8 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
             "modes": impulses.modes,
         }
         if motion.kernels.model.families:
-            arrays["pairs"] = np.concatenate([np.empty((0, ENTRY)), *impulses.pairs])
-            arrays["pair_counts"] = np.array([len(one) for one in impulses.pairs], dtype=np.int64)
+            arrays["pairs"] = impulses.pairs.entries
+            arrays["pair_counts"] = np.diff(impulses.pairs.ends)
         about |= asdict(course.stepping)
         about["blows"] = [
             (step, name, [

@@ -71,8 +71,7 @@ def begin(live: Live, it: EventRun) -> None:
     hold.fades = 0
     it.t, it.target = live.start, live.until
     copy(run.initial, it.y, it.n_y)
-    it.steps_left = it.budget = live.most_steps
-    it.budget += 1
+    it.steps_left, it.budget = live.most_steps, event_run.NO_PAUSE
     look(it)
 
 

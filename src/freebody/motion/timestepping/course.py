@@ -32,7 +32,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
-from .pair_motion import MODES, OfFamilies, pair_motion, wrenches
+from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
 from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
@@ -89,7 +89,7 @@ class Impulses:
     corrections: Array
     modes: Any
     blows: Mapping[int, Sequence[tuple[str, Any]]]
-    pairs: tuple[Array, ...] = ()
+    pairs: PairLog
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,8 @@ class InSteps:
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
-            pairs = [np.abs(log[:, :3]).sum() for log in self.impulses.pairs] or 0.0
+            log = self.impulses.pairs
+            pairs = np.bincount(log.steps, np.abs(log.entries[:, :3]).sum(axis=1), minlength=len(log))
             pressed = (
                 np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1) + pairs)])
                 / self.stepping.step

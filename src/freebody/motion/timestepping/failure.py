@@ -1,4 +1,4 @@
-"""Why a time step fails, in the user's terms."""
+"""Why a machine has no motion in time steps, or a step fails, in the user's terms."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from collections.abc import Mapping
 
 from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import float_state
+from ...errors import SimulationError
 from ...model import Model
 from ..cones.contacts import ACCEPTED
+from ..contact.motion import check_coefficients
+from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array
+from ..start.initial import number
 from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, OVERLAP, Run
 
 MOST_SWEEPS = 100_000
@@ -54,3 +58,26 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
         "negative number causes this: check the loads there, or take a shorter step."
     )
+
+
+def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
+    """Refuse laws of contacts that the steps do not know."""
+    model = kernels.model
+    check_coefficients(model, values)
+    for c in model.contacts:
+        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
+        if moving:
+            raise SimulationError(
+                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
+                f"{', '.join(moving)}. Take method='auto'."
+            )
+        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
+            raise SimulationError(
+                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
+                "one. Leave static_friction out, or take method='auto'."
+            )
+        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
+            raise SimulationError(
+                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
+                "Leave impact= out, or take method='auto'."
+            )

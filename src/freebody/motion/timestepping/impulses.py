@@ -29,6 +29,6 @@ def impulses(run: Run, islands: Islands, goal: float) -> int:
         run.sweeps += sweeps if sweeps >= 0 else most
         if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
             return 1
-        if not math.isfinite(problem.residual):
+        if problem.stop != 0 or not math.isfinite(problem.residual):
             return 0
     return 0

@@ -62,7 +62,7 @@ TINY = 1e-300
 def march(run: Run, islands: Islands) -> int:
     """Do ``run.steps`` steps from y; return the number done. If a step fails, ``run.failure`` says why."""
     run.done, run.failure, run.logged = 0, NONE, 0
-    while run.done < run.steps and run.failure == NONE and room_left(run) == 1:
+    while run.done < run.steps and run.failure == NONE and room_left(run) == 1 and run.problem.stop == 0:
         t = run.t + run.done * run.h
         run.failure = midpoint(run, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
@@ -71,7 +71,7 @@ def march(run: Run, islands: Islands) -> int:
             account(run)
             advance(run, t)  # 4: q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺)), quaternions by Cayley's rotation
             run.failure = correct(run, islands, t)  # 5: gaps >= 0, φ = 0
-        if run.failure == NONE:
+        if run.failure == NONE and run.problem.stop == 0:  # a step whose solvers were stopped is no step
             accept(run)
     return run.done
 

@@ -6,11 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import SimulationError
 from ...model import Model
 from ...model.family import Family
 from ..contact.course import ContactMotion
+from ..families.family_record import ENTRY
 from ..families.pair_quantities import pair_quantities
 from ..ode.dense_output import Array
 from ..start.initial import number
@@ -21,6 +23,48 @@ MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
 
 
+class PairLog(Sequence[Array]):
+    """What the pairs of families do in every step: ``log[k]`` has the entries of step k (`family_record.ENTRY`).
+
+    ``entries`` are those of all steps, and those of step k end before ``ends[k + 1]``.
+    """
+
+    def __init__(self, entries: Array, ends: NDArray[np.int64]) -> None:
+        self.entries, self.ends = entries, ends
+
+    @staticmethod
+    def made(steps: int) -> PairLog:
+        """Return a log with room for so many steps."""
+        return PairLog(np.empty((64, ENTRY)), np.zeros(steps + 1, dtype=np.int64))
+
+    def append(self, step: int, entries: Array, ends: NDArray[np.int64]) -> None:
+        """Write the entries of the steps from ``step`` on, which end before ``ends`` among ``entries``."""
+        if not len(ends):
+            return
+        first, last = int(self.ends[step]), int(self.ends[step] + ends[-1])
+        if last > len(self.entries):
+            known, self.entries = self.entries[:first], np.empty((2 * last, ENTRY))
+            self.entries[:first] = known
+        self.entries[first:last] = entries[: last - first]
+        self.ends[step + 1 : step + 1 + len(ends)] = first + ends
+
+    def until(self, steps: int) -> PairLog:
+        """Return the log of the first steps."""
+        return PairLog(self.entries[: self.ends[steps]], self.ends[: steps + 1])
+
+    @property
+    def steps(self) -> NDArray[np.int64]:
+        """Step of each entry."""
+        return np.repeat(np.arange(len(self)), np.diff(self.ends))
+
+    def __len__(self) -> int:
+        return len(self.ends) - 1
+
+    def __getitem__(self, step: Any) -> Any:
+        k = range(len(self))[step]
+        return self.entries[self.ends[k] : self.ends[k + 1]]
+
+
 def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) -> ContactMotion:
     """Return gap, mean forces, slip and mode of two members of a family."""
     model = course.kernels.model
@@ -29,11 +73,11 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
         course.kernels, course.values, family, (first, second), motion.t, motion.states
     )
     start = sum(len(f.members) for f in model.families[: model.families.index(family)])
-    rows = np.zeros((len(course.impulses.pairs), 4))
-    for k, log in enumerate(course.impulses.pairs):
-        for entry in log[(log[:, 10] == start + first) & (log[:, 11] == start + second)]:
-            rows[k, :3] += entry[:3]
-            rows[k, 3] = max(rows[k, 3], entry[3])
+    log = course.impulses.pairs
+    rows = np.zeros((len(log), 4))
+    own = (log.entries[:, 10] == start + first) & (log.entries[:, 11] == start + second)
+    np.add.at(rows[:, :3], log.steps[own], log.entries[own, :3])
+    np.maximum.at(rows[:, 3], log.steps[own], log.entries[own, 3])
     n = family.tangents
     forces, slip = course._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
     modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
@@ -46,14 +90,14 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
     )  # fmt: skip
 
 
-def wrenches(model: Model, pairs: Sequence[Array], steps: Any) -> Array:
+def wrenches(model: Model, pairs: PairLog, steps: Any) -> Array:
     """Return the impulses of families on each of `bodies_in_families`, and their moments about the origin."""
     bodies = {name: k for k, name in enumerate(bodies_in_families(model))}
     result = np.zeros((len(steps), 1 + len(bodies), 6))  # the last one is the ground's
     members = [member.shape.body.name for family in model.families for member in family.members]
     place = np.array([bodies.get(name, len(bodies)) for name in members], dtype=np.int64)
     for row, k in zip(result, steps, strict=True):
-        if pairs:
+        if len(pairs.entries):
             log = pairs[k]
             for sign, member, point in ((1, 10, slice(7, 10)), (-1, 11, slice(12, 15))):
                 wrench = np.hstack([log[:, 4:7], np.cross(log[:, point], log[:, 4:7])])

@@ -8,7 +8,8 @@ each contact satisfies Signorini's and Coulomb's conditions to the residual that
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,9 @@ from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
 from ..cones.contacts import ACCEPTED
-from ..contact.motion import check_coefficients
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
-from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
@@ -34,12 +33,13 @@ from ..start.initial import number
 from ..start.overlap import refuse_overlap
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
-from ..trajectory.progress import Progress
+from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import MOST_SWEEPS, failure
+from .failure import MOST_SWEEPS, check_laws, failure
 from .memory import memory_of
+from .pair_motion import PairLog
 from .stepped_kernels import stepping
 from .stepping_record import CONTACTS, FULL, NONE
 
@@ -51,8 +51,11 @@ PAIRS = 64
 """Least room for closed pairs of families; it doubles where it does not suffice."""
 NEAR = 1e-9
 """Depth of a contact at the start that counts as none [m]."""
-BLOCK = 1000
-"""Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
+FEW = 16
+"""Steps of a piece before a thread is worth it."""
+BLOCK = 100
+"""Steps between two looks for terminal events and those that call blows, fewer with more than ten contacts. A fixed
+number: what a step begins its search with depends on it, to the last bit, where a run goes back to a blow."""
 
 
 def stepped_motion(request: Request) -> Trajectory:
@@ -85,7 +88,7 @@ def _run_of(problem: Problem) -> _Run:
     if not h > 0:
         raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
     check_forwards(begin, end, "a machine with contacts", "friction and impacts")
-    _check_laws(kernels, values)
+    check_laws(kernels, values)
     blows = blows_of(request.impulses)
     for one in blows:
         if one.options["normal"] is not None or one.options["restitution"] is not None:
@@ -100,28 +103,6 @@ def _run_of(problem: Problem) -> _Run:
         count = math.ceil((end - begin) / h)
     h = (end - begin) / count if count else h
     return _Run(problem, h, count, blows)
-
-
-def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
-    model = kernels.model
-    check_coefficients(model, values)
-    for c in model.contacts:
-        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
-        if moving:
-            raise SimulationError(
-                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
-                f"{', '.join(moving)}. Take method='auto'."
-            )
-        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
-            raise SimulationError(
-                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
-                "one. Leave static_friction out, or take method='auto'."
-            )
-        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
-            raise SimulationError(
-                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
-                "Leave impact= out, or take method='auto'."
-            )
 
 
 class _Run:
@@ -152,10 +133,16 @@ class _Run:
         self.asked = len(specs)
         self.specs = [*specs, *calls]
         self.expressions = [*problem.expressions, *expressions_of(model, calls)]
-        # states, impulses, works, changes of q by corrections, modes, logs of pairs
-        self.parts: list[list[Array]] = [[], [], [], [], [], []]
+        n, E = model.n_q + model.n_u, len(self.first)
+        self.states = np.empty((count + 1, n))
+        # pages of memory are used as the steps are written
+        self.impulses, self.works, self.moved = (
+            np.empty((count, width)) for width in (self.rows + len(self.shape.held), 2, model.n_q)
+        )
+        self.modes, self.log = np.empty((count, E), dtype=np.int64), PairLog.made(count)
         self.blows: dict[int, list[tuple[str, Any]]] = {}
-        self.done = 0
+        self.done = self.reached = 0  # steps that are kept, and those up to where the loop is
+        self.slow = False  # the last piece took long
 
     def _make_room(self) -> None:
         """Make the memory, with room for ``pairs`` closed pairs of families."""
@@ -167,17 +154,24 @@ class _Run:
         self.memory.log = np.empty((max(self.memory.log_room, 1), ENTRY))
 
     def motion(self, between: Progress) -> Trajectory:
-        n = self.model.n_q + self.model.n_u
-        y = np.array(self.problem.state[:n], dtype=float)
-        self.start = y.copy()
+        y = np.array(self.problem.state[: self.states.shape[1]], dtype=float)
+        self.states[0] = y
+        between.halt.watch(self.memory.problem, self.islands.part)
         self._check_start(y)
         status, stop = End.FINISHED, None
         try:
             while self.done < self.count and stop is None:
-                y, stop = self._advanced(y)
-                between(self.begin + self.done * self.h)
+                failed: SimulationError | None = None
+                try:
+                    self._advance(between)
+                except SimulationError as error:
+                    failed = error
+                there = self.reached
+                stop = self._look()
+                if failed is not None and stop is None and self.reached == there:
+                    raise failed
         except KeyboardInterrupt:
-            status = End.INTERRUPTED
+            status, stop = End.INTERRUPTED, self._look()
         except SimulationError as error:
             got = self._trajectory(End.BROKEN_OFF, None)
             made = " ".join(str(one) for one in got.warnings if one.event == "energy")
@@ -226,44 +220,51 @@ class _Run:
             for k in np.flatnonzero(pairs.touch[: pairs.count, 0] < -NEAR)
         ]
 
-    def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
-        """Return the state some steps later, and the terminal event if one occurs before it."""
+    def _advance(self, between: Progress) -> None:
+        """Do steps up to the next look for events and blows, with a look at the keyboard after each piece of them."""
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
-        watched = bool(self.called) or any(spec.terminal for spec in self.specs)
-        contacts = len(self.first) + self.memory.families.members.count
-        block = max(1, BLOCK // (10 if watched else 1) // (1 + contacts // 10))
-        size = 1 if now else min(block, min(self.timed, default=self.count) - self.done)
-        size = min(size, self.count - self.done)
-        before = y.copy()
+        size = min(self.timed, default=self.count) - self.done
         if now:
-            self._strike(now, y)
-        found = self._steps(y, size)
-        if not watched:
-            self._keep(found)
-            return y, None
-        states = np.concatenate([before[None], found[0]])
-        moments = self.begin + self.h * np.arange(self.done, self.done + len(states), dtype=np.float64)
-        for c in crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
-            if c.number < self.asked:
-                if self.specs[c.number].terminal:
-                    self._keep(found)
-                    return y, c
-                continue
-            one = self.called[c.number - self.asked]
-            if now or not self.left[id(one)] > 0:
-                continue
-            self.left[id(one)] -= 1  # return to the beginning of the step and apply the blow there
-            k = int(np.searchsorted(moments, c.time, side="left")) - 1
-            self._keep([part[:k] for part in found])
-            self.timed.setdefault(-1, []).append(one)
-            return states[k].copy(), None
-        self._keep(found)
-        return y, None
+            self._strike(now, self.states[self.done].copy())
+            size = 1
+        elif self._watched:
+            contacts = len(self.first) + self.memory.families.members.count
+            size = min(size, max(1, BLOCK // (1 + contacts // 10)))
+        last = min(self.done + size, self.count)
+        self.struck = bool(now)
+        while self.reached < last:
+            few, clock = min(FEW, last - self.reached), perf_counter()
+            aside = between.is_long and (few < last - self.reached or self.slow)
+            self._steps(last - self.reached if aside else few, aside, between)
+            self.slow = perf_counter() - clock > SHORT
+            between(self._now())
 
-    def _keep(self, found: Sequence[Any]) -> None:
-        for kept, part in zip(self.parts, found, strict=True):
-            kept.append(part)
-        self.done += len(found[0])
+    @property
+    def _watched(self) -> bool:
+        """True if events end the run, or call blows."""
+        return bool(self.called) or any(spec.terminal for spec in self.specs)
+
+    def _look(self) -> Crossing | None:
+        """Keep the steps up to where the loop is, or to a blow that an event calls; return a terminal event in them."""
+        some = slice(self.done, self.reached + 1)
+        states = self.states[some]
+        moments = self.begin + self.h * np.arange(*some.indices(len(self.states)), dtype=np.float64)
+        if self._watched and len(states) > 1:
+            for c in crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
+                if c.number < self.asked:
+                    if self.specs[c.number].terminal:
+                        self.done = self.reached
+                        return c
+                    continue
+                one = self.called[c.number - self.asked]
+                if self.struck or not self.left[id(one)] > 0:
+                    continue
+                self.left[id(one)] -= 1  # return to the beginning of the step and apply the blow there
+                self.reached = self.done + int(np.searchsorted(moments, c.time, side="left")) - 1
+                self.timed.setdefault(-1, []).append(one)
+                break
+        self.done = self.reached
+        return None
 
     def _strike(self, now: Sequence[Blow], y: Array) -> None:
         """Set the generalized impulse of blows, computed from the positions in the middle of the step."""
@@ -287,25 +288,25 @@ class _Run:
         self.memory.blow[:] = blow[self.shape.order]
         self.blows[self.done] = told
 
-    def _steps(self, y: Array, size: int) -> list[Any]:
-        """Return what `_Run.parts` lists of the next steps; ``y`` becomes the last state."""
-        E, width = len(self.first), self.rows + len(self.shape.held)
-        found: list[Any] = [np.empty((size, columns)) for columns in (len(y), width, 2, self.model.n_q)]
-        found += [np.empty((size, E), dtype=np.int64), np.empty(size, dtype=object)]
-        t, run = self.begin + self.done * self.h, self.memory
-        got, sweeps, bound = 0, SWEEPS, RESIDUAL
-        while got < size:
-            room = slice(got, size if bound == RESIDUAL else got + 1)
-            here = t + got * self.h
-            done = self._marched(y, [part[room] for part in found], here, sweeps, bound)
-            got += done
+    def _now(self) -> float:
+        """Return the time up to which the loop is."""
+        return float(self.begin + (self.reached + self.memory.done) * self.h)
+
+    def _steps(self, size: int, aside: bool, between: Progress) -> None:
+        """Do some steps, with more sweeps, a greater tolerance or more room where one of them needs it."""
+        y, run = self.states[self.reached].copy(), self.memory
+        last, sweeps, bound = self.reached + size, SWEEPS, RESIDUAL
+        while self.reached < last:
+            end = last if bound == RESIDUAL else self.reached + 1
+            done = self._marched(y, end, sweeps, bound, aside, between)
             if done:
                 sweeps, bound = SWEEPS, RESIDUAL
-            if got == size or (done and run.failure == NONE):
+            if self.reached == last or (done and run.failure == NONE):
                 continue
             if run.failure == FULL:
                 self.pairs *= 2
                 self._make_room()
+                between.halt.watch(self.memory.problem, self.islands.part)
                 self.memory.residual, self.memory.depth, self.memory.sweeps = (
                     run.residual,
                     run.depth,
@@ -319,32 +320,39 @@ class _Run:
                 bound = ACCEPTED if close else RESIDUAL
                 sweeps *= 10
                 continue
-            self._keep([part[:got] for part in found])
-            raise SimulationError(failure(run, self.model, self.values, t + got * self.h, y))
-        return found
+            raise SimulationError(
+                failure(run, self.model, self.values, self.begin + self.reached * self.h, y)
+            )
 
-    def _marched(self, y: Array, results: Sequence[Any], t: float, most_sweeps: int, tolerance: float) -> int:
-        """Run the loop until the arrays are full or a step fails; return the number of steps done."""
-        run = self.memory
-        run.t, run.tolerance, run.most_sweeps, run.steps = t, tolerance, most_sweeps, len(results[0])
-        run.y, (run.states, run.impulses, run.works, run.moved, run.modes, logs) = y, results
+    def _marched(
+        self, y: Array, last: int, most_sweeps: int, tolerance: float, aside: bool, between: Progress
+    ) -> int:  # fmt: skip
+        """Run the loop to the step ``last``, or until the log is full or a step fails; return the number of steps."""
+        run, some = self.memory, slice(self.reached, last)
+        run.t, run.tolerance = self.begin + self.reached * self.h, tolerance
+        run.most_sweeps, run.steps, run.y = most_sweeps, last - self.reached, y
+        run.states, run.impulses, run.works = self.states[1:][some], self.impulses[some], self.works[some]
+        run.moved, run.modes = self.moved[some], self.modes[some]
         run.log_end = np.zeros(max(run.steps, 1), dtype=np.int64)
-        done = int(self.march(run, self.islands))
-        if self.pairs:
-            ends = [0, *run.log_end[:done].tolist()]
-            for k in range(done):
-                logs[k] = run.log[ends[k] : ends[k + 1]].copy()
+        run.done = 0
+        try:
+            if aside or most_sweeps > SWEEPS:
+                between.result(self._now, self.march, run, self.islands)
+            else:
+                self.march(run, self.islands)
+        finally:  # at Ctrl-C, too
+            done = run.done
+            self.log.append(self.reached, run.log, run.log_end[:done])
+            self.reached, run.done = self.reached + done, 0
+        if run.problem.stop:
+            between(self._now())
         return done
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
-        n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
-        widths = (n, self.rows + held, 2, self.model.n_q, E)
-        states, impulses, works, corrections, modes = (
-            np.concatenate([np.empty((0, width)), *part])
-            for width, part in zip(widths, self.parts[:5], strict=True)
-        )
-        logs = [np.empty((0, ENTRY)) if one is None else one for part in self.parts[5] for one in part]
-        states = np.concatenate([self.start[None], states])
+        n, h, done = self.states.shape[1], self.h, self.done
+        states, logs = self.states[: done + 1], self.log.until(done)
+        impulses, works, corrections = (part[:done] for part in (self.impulses, self.works, self.moved))
+        modes = self.modes[:done]
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
         if len(states) == self.count + 1:
             moments[-1] = self.end  # exact: the sum of the steps has round-off
@@ -355,12 +363,12 @@ class _Run:
                 np.concatenate([states[:k], stop.state[None]]),
                 np.append(moments[:k], stop.time),
             )
-            impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs[:k]
+            impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs.until(k)
             corrections = corrections[:k].copy()
             corrections[-1] = 0  # that of this step is at its end
             impulses[-1] *= part
             works[-1] *= part
-            logs[-1][:, IMPULSES] *= part
+            logs[k - 1][:, IMPULSES] *= part
         seen = 0, n, self.constants, tuple(self.model.quaternions)
         rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
@@ -376,8 +384,8 @@ class _Run:
         steps = range(len(impulses))
         forces = impulses[:, : self.rows] * stretch_numbers(self.model, self.values)
         did = Impulses(
-            forces, constraints, works, corrections, modes.astype(np.int64),
-            {k: told for k, told in self.blows.items() if k in steps}, tuple(logs),
+            forces, constraints, works, corrections, modes,
+            {k: told for k, told in self.blows.items() if k in steps}, logs,
         )  # fmt: skip
         run = self.memory
         sweeps = run.sweeps / max(self.done, 1)

@@ -19,6 +19,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import Switch, switches
 from ..ode.dense_output import Watch
+from .outputs import quantity_of
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,12 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression
         if isinstance(spec.expression, Switch):
             result.append(spec.expression)
             continue
+        if isinstance(spec.expression, str) and quantity_of(model, spec.expression):
+            raise SimulationError(
+                f"Expected an expression of coordinates, speeds and the time for event '{spec.name}', got a quantity "
+                "of a contact or of a reaction, which is an output. Contacts that close, open, stick and slip are "
+                "events of themselves, in motion.events."
+            )
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
             raise SimulationError(

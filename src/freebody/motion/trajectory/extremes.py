@@ -74,7 +74,7 @@ def _energy(motion: ComputedMotion, name: str) -> Any:
 
 def _of_contact(motion: Any, quantity: OfContact) -> Any:
     """Return a quantity of a contact at the output times; a mode as its index in `CONTACT_MODES`."""
-    contact = list(motion.contacts.values())[quantity.contact]
+    contact = motion.contacts[quantity.contact]
     result = getattr(contact, quantity.what)
     if quantity.what == "mode":
         return [CONTACT_MODES.index(mode) for mode in result]

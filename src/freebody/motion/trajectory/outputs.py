@@ -14,6 +14,7 @@ import sympy
 from ...dynamics.motion import transmitting
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
+from ...model.family import contact_named, meant_contact
 from ...scalar.algebra import Expression, Scalar, dot
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
@@ -33,11 +34,17 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
 
 @dataclass(frozen=True)
 class OfContact:
-    """A quantity of contact number ``contact``; for vectors in space, one ``component``."""
+    """A quantity of the contact with the name ``contact``; for vectors in space, one ``component``."""
 
-    contact: int
+    contact: str
     what: str
     component: int = 0
+
+    def unit(self, model: Model) -> str:
+        """Return its unit."""
+        found = contact_named(model, self.contact)
+        assert found is not None, self.contact
+        return found.units.get(self.what, "")
 
 
 @dataclass(frozen=True)
@@ -174,7 +181,7 @@ def reduction(value: Any) -> tuple[str, Any]:
         return "", value
     depth = 0
     for letter in call[2]:
-        depth += (letter == "(") - (letter == ")")
+        depth += (letter in "([") - (letter in ")]")
         if depth < 0 or (letter == "," and depth == 0):
             return "", value  # max(a, b), or max(a) + (b)
     return call[1], call[2].strip()
@@ -192,24 +199,28 @@ def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
     if not isinstance(value, str):
         return {}
     text = value.strip()
-    for k, contact in enumerate(model.contacts):
+    for contact in model.contacts:
         if text == contact.normal_name:
-            return {"": OfContact(k, "normal")}
+            return {"": OfContact(contact.name, "normal")}
         if text in contact.tangent_names:
-            return {"": OfContact(k, "tangential", contact.tangent_names.index(text))}
+            return {"": OfContact(contact.name, "tangential", contact.tangent_names.index(text))}
     name, _, what = text.rpartition(".")
     component = None
     if what.isdigit():
         component = int(what) - 1
         name, _, what = name.rpartition(".")
-    names = [contact.name for contact in model.contacts]
-    if what not in OF_CONTACTS or not name:
+    if not name:
         return {}
-    if name not in names:
-        cure = nearest(name, names) if names else f"'{model.name}' has no contacts."
-        raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {cure}")
-    k = names.index(name)
-    count = model.contacts[k].tangents if what in ("tangential", "slip") else 1
+    found = contact_named(model, name)
+    if what not in OF_CONTACTS:
+        if found is not None:
+            raise SimulationError(
+                f"Unknown quantity '{what}' of contact '{name}'; {nearest(what, OF_CONTACTS)}"
+            )
+        return {}
+    if found is None:
+        raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {meant_contact(model, name)}")
+    k, count = found.name, found.tangents if what in ("tangential", "slip") else 1
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"
         raise SimulationError(f"Expected {last}, got the output '{value}'.")

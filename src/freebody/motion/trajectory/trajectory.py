@@ -69,7 +69,7 @@ class Trajectory(ComputedMotion):
         if parts := quantity_of(self.kernels.model, name):
             first = next(iter(parts.values()))
             if isinstance(first, OfContact) and first.what == "mode":
-                return list(self.contacts.values())[first.contact].mode
+                return self.contacts[first.contact].mode
             columns = values(self, tuple(parts.values()))
             return columns[:, 0] if len(parts) == 1 else columns
         try:

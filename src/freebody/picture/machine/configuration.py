@@ -20,7 +20,7 @@ from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.conditions.constrained import closed_coordinates, constrained_loading, independent_rows
 from ...dynamics.conditions.constraints import radial_names, rows, separating_force
-from ...dynamics.conditions.contact import contact_layout, touches
+from ...dynamics.conditions.contact import contact_layout, definite_touches
 from ...dynamics.kinematics import Posture, point_position, poses
 from ...dynamics.motion import Motion, motion
 from ...dynamics.newton_euler import reactions
@@ -178,10 +178,11 @@ def _standing(
         i for i, c in enumerate(model.coordinates) if c.kind == "scalar" and not _is_displacement(model, c)
     ]
     for _ in [contact for contact in model.contacts if _is_rigid(contact)][:MOST_TRIED]:
-        gaps = [float(touch.gap) for touch in touches(model, float_state(model, best, None, t, values))]
-        pairs = zip(gaps, model.contacts, strict=True)
-        untried = [pair for pair in pairs if _is_rigid(pair[1]) and pair[1].name not in tried]
-        contact = min(untried, key=lambda pair: pair[0])[1]
+        definite = definite_touches(model, float_state(model, best, None, t, values))
+        untried = [pair for pair in definite if _is_rigid(pair[0]) and pair[0].name not in tried]
+        if not untried:
+            break
+        contact = min(untried, key=lambda pair: float(pair[1].gap))[0]
         tried.add(contact.name)
         mode = "slip" if contact.frictionless else "slip+" if contact.tangents == 1 else ("slip", (1, 0))
         modes = {**chosen, contact.name: mode}
@@ -202,7 +203,7 @@ def _standing(
 
 def _apart(model: Model, state: State, size: float, closed: Iterable[str]) -> bool:
     """True if no bodies overlap and every closed contact is within the ends of its surfaces."""
-    for contact, touch in zip(model.contacts, touches(model, state), strict=True):
+    for contact, touch in definite_touches(model, state):
         if contact.law is not None:
             continue
         within = all(float(x) >= -NEAR * size for x in touch.reach)

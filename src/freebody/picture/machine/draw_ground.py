@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
 from ...dynamics.conditions.constraints import _arm
-from ...dynamics.conditions.contact import touches
+from ...dynamics.conditions.contact import definite_touches
 from ...scalar.element import Polynomial
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
@@ -94,7 +94,7 @@ def feet(m: MachineDrawing) -> None:
     if not m.model.contacts:
         return
     size = m.wide / m.scale
-    for contact, touch in zip(m.model.contacts, touches(m.model, m.now.state), strict=True):
+    for contact, touch in definite_touches(m.model, m.now.state):
         if abs(float(touch.gap)) < NEAR * size and all(float(x) >= -NEAR * size for x in touch.reach):
             at = m.page(np.array([float(x) for x in touch.on_feature]))
             m.add([Circle(at, 2.2, Style(INK, 0.8, (), INK))], class_="contact", data_contact=contact.name)

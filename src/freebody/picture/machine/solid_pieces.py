@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.conditions.contact import touches
+from ...dynamics.conditions.contact import definite_touches
 from ...scalar.algebra import Vector
 from .configuration import Configuration
 from .shapes import ROD, Primitive, holds, machine_size, rod, shapes
@@ -27,7 +27,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
     pieces = shapes(now.model, now.values)
     size = machine_size(now.model, now.values)
     sides: dict[str, list[tuple[Any, Array]]] = {}
-    for contact, touch in zip(now.model.contacts, touches(now.model, now.state), strict=True):
+    for contact, touch in definite_touches(now.model, now.state):
         for shape, place in ((contact.feature, touch.on_feature), (contact.surface, touch.on_surface)):
             name = shape.body.name
             if shape.look not in ("plane", "side") or shape.body.is_ground:

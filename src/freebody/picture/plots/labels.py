@@ -42,7 +42,7 @@ def unit(trajectory: Trajectory, name: Any) -> str:
     model = trajectory.kernels.model
     found = next(iter(quantity_of(model, text).values()), None)
     if isinstance(found, OfContact):
-        return model.contacts[found.contact].units.get(found.what, "")
+        return found.unit(model)
     return found.unit if found else ""
 
 

@@ -385,3 +385,20 @@ def test_an_angle_has_its_line_where_no_bar_shows_it() -> None:
     for name, lines in (("prob-6-8", 2), ("prob-6-4", 1)):
         (angle,) = groups(draw(entries()[name].build(), at=dict(entries()[name].drawn) or None), "angle")
         assert sum(isinstance(item, Line) for item in angle.items) == lines
+
+
+@pytest.mark.parametrize("first, second", [("sphere", "cylinder"), ("sphere", "sphere"), ("point", "sphere")])
+@pytest.mark.parametrize("space", [False, True])
+def test_concentric_shapes_are_drawn(first, second, space):
+    """No point of them is the nearest one, so that nothing is drawn to touch; a motion refuses the overlap."""
+    s = fb.System("concentric")
+    one = s.body("one", fb.sphere(1, 0.1))
+    if space:
+        s.free("air", s.ground, one)
+    else:
+        s.planar("air", s.ground, one, coordinate="x y turn")
+    feature = one.origin if first == "point" else getattr(one, first)(0.1)
+    s.contact("c", feature, getattr(s.ground, second)(0.1), friction=0.3)
+    assert "<svg" in str(fb.draw(s)) or fb.draw(s).svg
+    with pytest.raises(fb.errors.SimulationError, match="contact 'c' 0.[12] m deep"):
+        fb.simulate(s, 0.1)
