@@ -51,7 +51,6 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             f"{request.indeterminate!r}."
         )
     check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
-    refuse_resistance(model)
     scene = scene_of(kernels)
     if scene.checked != p.numbers:
         check_coefficients(model, p.numbers)
@@ -79,17 +78,6 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
     request = problem.request
     trajectory = Trajectory(*problem.outcome(history.path), course=Touching(history))
     return trajectory.begun(request.initial, request.near)
-
-
-def refuse_resistance(model: Any) -> None:
-    """Raise for contacts that resist rolling or spinning, whose modes the search of events does not decide."""
-    for c in model.contacts:
-        if c.presser:
-            about = c.law.about
-            raise SimulationError(
-                f"Contact '{c.owner}' resists {about}, which motions from event to event do not have. Take "
-                f"method='timestepping' with step=, which does it exactly in every step, or leave {about}= out."
-            )
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
