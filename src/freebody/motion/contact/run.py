@@ -37,7 +37,7 @@ PIECE, FIRST = 0.05, 1 << 10
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
-    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0)
+    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
     refuse_overlap(work.model.name, zip(compress(work.names, rigid), seen.gap[rigid], strict=False), near)
 
 
