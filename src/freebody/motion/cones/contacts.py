@@ -36,8 +36,8 @@ class Contacts(Record):
     ``slides``, ``way``        1 if it slides, and along which direction (two numbers)
     ``least``                  its normal force that acts in any case
     ``held``                   1 if that is given and moves nothing: friction of a joint, or of a compliant contact
-    ``presser``                of what resists rolling or spinning: the contact before it whose normal force, an unknown,
-                               bounds it; else -1. Its own normal row is zero
+    ``presser``                of what resists rolling or spinning, whose own normal row is zero: the contact before it
+                               whose normal force, an unknown, bounds it; else -1
     ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r

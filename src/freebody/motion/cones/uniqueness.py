@@ -20,8 +20,9 @@ def unique(contacts: Contacts, n: int) -> int:
         w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + μ² H_TᵀH_T/α) w/2     for every α > 0
 
     with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. The sum is over the frictions, and over
-    the moments that a normal force bounds. So w = 0 where the greatest eigenvalue is below 2; α = |μ H_T|/|P|. Friction with a given bound is monotone: it adds nothing to the sum. A contact at rest has
-    its static friction; what slips under it is released to its kinetic friction afterwards (`decision`).
+    the moments that a normal force bounds. So w = 0 where the greatest eigenvalue is below 2; α = |μ H_T|/|P|. Friction
+    with a given bound is monotone: it adds nothing to the sum. A contact at rest has its static friction; what slips
+    under it is released to its kinetic friction afterwards (`decision`).
     """
     m, most = contacts.rows, 0.0
     for i in range(contacts.contacts):

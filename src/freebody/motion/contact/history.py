@@ -201,6 +201,8 @@ class History:
             across = work.model.contacts[k].friction_across is not None
             if code != event_run.NO_REASON:
                 text = "T reached its ellipse" if across and code == event_run.CONE_REACHED else WHY[code]
+                if work.model.contacts[k].presser:
+                    text = text.replace("|T|", "|M|")
                 if code == event_run.NORMAL_ZERO and work.model.contacts[k].adhesion != 0:
                     text = "N reached the adhesion"
                 why = text.format(measures[i // 4], unit=unit)

@@ -84,6 +84,14 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
         laws = (c.friction_at_rest, c.static_friction)
+        if c.presser:
+            given = f"{c.law.about}= of contact '{c.owner}'"
+            length = number(model, values, c.friction, given)
+            if not length >= 0:
+                raise SimulationError(
+                    f"Expected {c.law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
+                )
+            continue
         varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)
         words = (f"the {kind} of contact '{c.name}'" for kind in ("friction", "static friction"))
         mu, static = (

@@ -234,7 +234,10 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
             contacts.part, contacts.residual, contacts.directions = part, residual, m
             contacts.contacts = it.count
             return 0
-        contacts.contacts, contacts.poisson = take_one(it, contacts, place, first), it.poisson[it.chosen[place]]
+        contacts.contacts, contacts.poisson = (
+            take_one(it, contacts, place, first),
+            it.poisson[it.chosen[place]],
+        )
         copy(v, contacts.given, m)
         run_by(it.colliding, contacts)
         residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
@@ -334,7 +337,7 @@ def take_away(it: EventRun, contacts: Contacts) -> None:
 
 @compiled
 def add_resistances(it: EventRun, count: int, k: int) -> int:
-    """Add what resists rolling and spinning to the last contact of the list: rows of those at rest, parts of its ray."""
+    """Add what resists the rolling and spinning of a contact in the list: rows at rest, else parts of its ray."""
     normal, r = count - 1, k + 1
     while it.list[normal] != it.first[k]:
         normal -= 1

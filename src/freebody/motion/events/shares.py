@@ -58,7 +58,9 @@ def impulses_decide(it: EventRun, contacts: Contacts) -> int:
                 normal, count = count, add_row(it, count, r, 0.0)
             if n > 0 and largest(contacts.after[at + 1 :], n) > SAME * fastest:
                 for j in range(n):
-                    it.ray[normal, r - it.list[normal] + j] = contacts.forces[at + 1 + j] / contacts.forces[at]
+                    it.ray[normal, r - it.list[normal] + j] = (
+                        contacts.forces[at + 1 + j] / contacts.forces[at]
+                    )
             else:
                 for j in range(n):
                     count = add_row(it, count, r + 1 + j, 0.0)
