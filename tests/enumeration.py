@@ -59,15 +59,10 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution
     return [
         one
         for modes in itertools.product(*map(_choices, contacts))
-        if not any(
-            modes[c.presser][0] == OPEN != mode
-            for c, (mode, _) in zip(contacts, modes, strict=True)
-            if c.presser >= 0
-        )
-        if not any(
-            modes[c.presser][0] != OPEN == mode
-            for c, (mode, _) in zip(contacts, modes, strict=True)
-            if c.presser >= 0
+        if all(
+            (modes[k.presser][0] == OPEN) == (mode == OPEN)
+            for k, (mode, _) in zip(contacts, modes, strict=True)
+            if k.presser >= 0
         )
         for one in _solved(A, c, contacts, modes)
         if one.residual <= SMALL
