@@ -340,7 +340,8 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
 
     ``dead`` says which contacts the others hold in place: their forces have none.
     """
-    rows, columns, signs, normal = [], [], {"slip+": 1.0, "slip-": -1.0}, -1
+    rows: list[list[int]] = []
+    columns, signs, normal = [], {"slip+": 1.0, "slip-": -1.0}, -1
     for k, mode in enumerate(phase.modes):
         if mode == KINDS[laws.OPEN] and not dead[k]:
             continue

@@ -21,7 +21,7 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .history import History
-from .run import run
+from .run import flat, run
 from .state import CHOICES, ContactRun
 
 
@@ -70,7 +70,11 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     work.give_back()
     trajectory = _trajectory(problem, history)
     if status in FAILED:
-        raise failure(trajectory, history.path, kernels, p.end, work.specs)
+        error = failure(trajectory, history.path, kernels, p.end, work.specs)
+        if status == End.COLLAPSED:
+            closed = [k for k, mode in enumerate(trajectory.path.segments[-1].modes) if mode != "open"]
+            error.args = (f"{error}{flat(work, closed)}",)
+        raise error
     return trajectory
 
 

@@ -271,7 +271,8 @@ def flat(work: ContactRun, contacts: Sequence[int]) -> str:
         if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
             return (
                 f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "
-                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face."
+                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face, or end "
+                "the motion before, with a terminal event."
             )
     return ""
 

@@ -12,8 +12,8 @@ NO_SLIP, ALONG, PLUS, MINUS, FIXED = range(5)
 """Directions of slip: none or without friction, along the slip velocity, along the tangent, against it, or fixed: a
 contact at rest at its limit of friction."""
 GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER, PRESS, RELEASE, YIELD = range(12)
-"""Laws of endings. A compliant contact closes by PRESS and opens by RELEASE; YIELD is the slip of a contact at its limit
-of friction. The place of a reach is its number, of other laws -1."""
+"""Laws of endings. A compliant contact closes by PRESS and opens by RELEASE; YIELD is the slip of one at its limit of
+friction. The place of a reach is its number, of other laws -1."""
 
 ROUNDED = 2.0**-44
 """Round-off of a contact force relative to the sum of its parts: 256 units in the last place.
