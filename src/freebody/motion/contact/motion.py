@@ -70,11 +70,11 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     work.give_back()
     trajectory = _trajectory(problem, history)
     if status in FAILED:
-        error = failure(trajectory, history.path, kernels, p.end, work.specs)
+        why = failure(trajectory, history.path, kernels, p.end, work.specs)
         if status == End.COLLAPSED:
-            closed = [k for k, mode in enumerate(trajectory.path.segments[-1].modes) if mode != "open"]
-            error.args = (f"{error}{flat(work, closed)}",)
-        raise error
+            modes = history.path.segments[-1].modes
+            why.args = (f"{why}{flat(work, [k for k, mode in enumerate(modes) if mode != 'open'])}",)
+        raise why
     return trajectory
 
 
