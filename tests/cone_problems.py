@@ -175,6 +175,7 @@ class Touching:
     ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
     ``friction``   kinetic coefficient; ``static`` is the static coefficient
     ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
+    ``presser``    for resistance to rolling or spinning, whose normal row is zero: the contact before it that bounds it
     """
 
     name: str
@@ -184,6 +185,7 @@ class Touching:
     static: float
     sliding: NDArray[np.float64] | None = None
     held: bool = False
+    presser: int = -1
 
 
 def contacts_of(
@@ -207,6 +209,8 @@ def contacts_of(
         if not impact:
             it.held[:] = [one.held for one in contacts]
             it.least[it.held == 1] = 1.0
+        it.presser[:] = [one.presser for one in contacts]
+        it.held[it.presser >= 0] = 1
     for i, one in enumerate(contacts):
         if one.sliding is not None and not impact:
             it.slides[i] = 1

@@ -59,6 +59,11 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution
     return [
         one
         for modes in itertools.product(*map(_choices, contacts))
+        if all(
+            (modes[k.presser][0] == OPEN) == (mode == OPEN)
+            for k, (mode, _) in zip(contacts, modes, strict=True)
+            if k.presser >= 0
+        )
         for one in _solved(A, c, contacts, modes)
         if one.residual <= SMALL
     ]
@@ -184,15 +189,17 @@ def unknowns(
         if mode == OPEN:
             continue
         at, n = contact.row, contact.tangents
-        if not contact.held:
+        bounded = contact.presser >= 0
+        if not contact.held and not bounded:
             rows.append(at)
+            normal = len(columns)
         if mode == STICK:
-            columns += list(unit[at + contact.held : at + 1 + n])
+            columns += [unit[r].copy() for r in range(at + (contact.held or bounded), at + 1 + n)]
             rows += range(at + 1, at + 1 + n)
         elif d is not None and not contact.held:
-            e = unit[at].copy()
-            e[at + 1 : at + 1 + n] = -contact.friction * d
-            columns.append(e)
+            if not bounded:
+                columns.append(unit[at].copy())
+            columns[normal][at + 1 : at + 1 + n] = -contact.friction * d
     return columns, rows
 
 
@@ -278,11 +285,12 @@ def _judged(
         if mode == OPEN:
             slack.append((i, "open", rates[at] * r))
             continue
-        if not contact.held:
+        presses = at if contact.presser < 0 else contacts[contact.presser].row
+        if not contact.held and contact.presser < 0:
             slack.append((i, "normal", forces[at] * f))
         if mode == STICK:
             T = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
-            slack.append((i, "cone", (contact.static * forces[at] - T) * f))
+            slack.append((i, "cone", (contact.static * forces[presses] - T) * f))
         elif n and contact.sliding is None and contact.friction > 0:
             slack.append((i, "onset", float(d @ rates[at + 1 : at + 1 + n]) * r))
     missed = max((-value for _, _, value in slack), default=0.0)

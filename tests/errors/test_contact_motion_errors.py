@@ -190,3 +190,25 @@ def test_a_table_that_is_pulled_evenly_slides_and_one_that_turns_as_it_slides_is
 def test_an_unknown_choice_for_indeterminate_forces():
     with pytest.raises(SimulationError, match=r"Expected indeterminate='compliance' \(the limit of equal compliance\) or 'refuse', got 'most'"):  # fmt: skip  # noqa: E501
         fb.simulate(table(), 1, initial={"f_z": 0.4}, indeterminate="most")
+
+
+def test_a_coin_that_falls_flat_says_what_carries_it_there():
+    """It wobbles faster and faster, and lies flat at a finite time, as Euler's disk does."""
+    R, h, a = 0.012, 0.002, 0.05
+    s = fb.System("coin")
+    s.gravity = (0, 0, -9.81)
+    disk = s.body("disk", fb.cylinder(0.005, R, h))
+    s.free("f", s.ground, disk)
+    for name, z in (("tail", -h / 2), ("head", h / 2)):
+        edge = disk.circle(R, at=(0, 0, z), axis="z")
+        s.contact(name, edge, s.ground.plane(normal="z"), friction=0.3, rolling=2e-4, spinning=1e-4)
+    lift = R * np.sin(2 * a) + h / 2 * np.cos(2 * a)
+    with pytest.raises(SimulationError) as caught:
+        fb.simulate(s, 1, initial={"f_z": lift, "f_e0": np.cos(a), "f_e1": np.sin(a)})
+    assert "the step collapsed at t = 0.0176" in str(caught.value)
+    assert str(caught.value).endswith(
+        "The edge of a disk, as of 'tail', touches at its lowest point, which jumps where the disk lies flat: give it "
+        "points along the edge, body.corners(...), which carry it like a face, or end the motion before, with a "
+        "terminal event."
+    )
+    assert caught.value.trajectory["f_z"][-1] == pytest.approx(h / 2, abs=1e-9)

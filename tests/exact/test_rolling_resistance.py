@@ -8,7 +8,7 @@ import freebody as fb
 from freebody.cli import command as program
 from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.exact import rolling_ball, spinning_ball
-from freebody.motion.live.export import check_machine
+from freebody.motion.contact.starting_modes import starting_modes
 
 G, R, DELTA, NU, H = 9.81, 0.1, 0.01, 0.005, 1e-2
 
@@ -116,7 +116,7 @@ def test_equations_have_stick_and_free_rolling():
         fb.equations(s, modes={"floor": "stick", "floor_rolling": "slip+"})
     assert str(caught.value) == (
         "Expected 'stick' or 'open' for 'floor_rolling', got a slip: its moment is a multiple of the normal force of "
-        "'floor', which equations in modes do not have. Motions do, by method='timestepping'."
+        "'floor', which equations in modes do not have. Motions do."
     )
 
 
@@ -133,17 +133,129 @@ def test_files_check_and_report_keep_it(tmp_path):
         fb.write(s, tmp_path / "ball.xml")
 
 
-def test_other_routes_refuse_it():
+# -- by events -------------------------------------------------------------------------------------------
+
+
+def test_a_ball_rolls_to_rest_by_events():
+    motion = fb.simulate(ball(False, rolling="delta"), 2, initial={"y": R, "x'": 1, "turn'": -1 / R})
+    exact = rolling_ball(1, R, DELTA, G)
+    (slip, _), (stick, stops) = modes(motion, "floor_rolling")
+    assert (slip, stick) == ("slip-", "stick")
+    assert stops == pytest.approx(exact.time, rel=1e-13)
+    assert motion["x"][-1] == pytest.approx(1 / (2 * exact.deceleration), rel=1e-13)
+    one = motion.contacts["floor_rolling"]
+    assert one.tangential[3] == pytest.approx(DELTA * G, rel=1e-13)
+    assert one.normal[3] == pytest.approx(G, rel=1e-13)
+    assert one.margin[[3, -1]] == pytest.approx([0, DELTA * G], abs=1e-12)
+    assert np.abs(motion.at(2).u).max() < 1e-15
+    assert motion.energy.friction[-1] == pytest.approx(-0.7, rel=1e-13)  # all of 7/10 m v²
+
+
+def test_a_ball_that_slides_rolls_and_stops_by_events():
+    """ω' = (μ R - δ) m g/I from rest until v - μ g t = ω R, then 5/7 g δ/R; M resists while the ball slides, too."""
+    mu = 0.5
+    motion = fb.simulate(ball(False, rolling="delta"), 3, initial={"y": R, "x'": 1})
+    rate = 5 / 2 * G * (mu * R - DELTA) / R**2
+    rolls = 1 / (mu * G + rate * R)
+    speed = rate * rolls * R
+    (slides, _), (sticks, begins) = modes(motion, "floor")
+    assert (slides, sticks) == ("slip+", "stick") and begins == pytest.approx(rolls, rel=1e-12)
+    (_, _), (_, stops) = modes(motion, "floor_rolling")
+    assert stops == pytest.approx(rolls + rolling_ball(speed, R, DELTA, G).time, rel=1e-12)
+
+
+def test_a_ball_rolls_to_rest_in_any_direction_by_events():
+    start = {"f_z": R, "f_vx": 0.6, "f_vy": 0.8, "f_wx": -8, "f_wy": 6}
+    motion = fb.simulate(ball(rolling="delta", spinning="nu"), 2, initial=start)
+    exact = rolling_ball(1, R, DELTA, G)
+    (_, _), (_, stops) = modes(motion, "floor_rolling")
+    assert stops == pytest.approx(exact.time, abs=1e-9)
+    way = [0.6 / (2 * exact.deceleration), 0.8 / (2 * exact.deceleration)]
+    np.testing.assert_allclose([motion["f_x"][-1], motion["f_y"][-1]], way, rtol=1e-9)
+    assert np.abs(motion.at(2).u).max() < 1e-12
+    assert np.abs(motion.energy.residual).max() < 1e-9
+
+
+def test_a_spinning_ball_stops_by_events():
+    motion = fb.simulate(ball(rolling="delta", spinning="nu"), 1, initial={"f_z": R, "f_wz": 10})
+    (slip, _), (stick, stops) = modes(motion, "floor_spinning")
+    assert (slip, stick) == ("slip+", "stick")
+    assert stops == pytest.approx(spinning_ball(10, R, NU, G).time, rel=1e-13)
+
+
+@pytest.mark.parametrize("space", [False, True])
+@pytest.mark.parametrize("part", [0.99, 1.01])
+def test_a_ball_rests_on_a_slope_below_delta_over_R_by_events(part, space):
+    slope, rests = np.arctan(part * DELTA / R), part < 1
+    motion = fb.simulate(ball(space, slope, rolling="delta"), 0.5, initial={"f_z" if space else "y": R})
+    mode = "stick" if rests else "slip" if space else "slip-"
+    assert [one for one, _ in modes(motion, "floor_rolling")] == [mode]
+    a = 5 / 7 * (G * np.sin(slope) - DELTA / R * G * np.cos(slope))
+    moved = motion["f_x" if space else "x"][-1]
+    assert moved == pytest.approx(0 if rests else a / 8, rel=1e-9, abs=1e-15)
+
+
+def test_a_pushed_ball_begins_to_roll_where_the_push_has_the_moment():
+    """F R = δ m g about the contact, F = k t at the centre."""
+    s = ball(False, rolling="delta")
+    s.force("push", s.bodies["ball"].origin, (2 * s.t, 0, 0))
+    motion = fb.simulate(s, 1, initial={"y": R})
+    (stick, _), (slip, begins) = modes(motion, "floor_rolling")
+    assert (stick, slip) == ("stick", "slip-") and begins == pytest.approx(DELTA * G / (2 * R), rel=1e-11)
+    (change,) = (one for one in motion.modes.of("floor_rolling") if one.start > 0)
+    assert change.why == "|M| reached 0.0981 N m"
+
+
+@pytest.mark.parametrize("impacts", ["simultaneous", "sequential"])
+@pytest.mark.parametrize("impact", ["newton", "poisson"])
+@pytest.mark.parametrize("spin", [-20.0, -0.5])
+def test_an_impact_takes_of_the_rolling_what_its_impulse_bounds(impact, impacts, spin):
+    """About the contact (7/5) m R² Δω = δ Λ, Λ = (1 + e) m v, or to rest."""
+    v, e = 1.0, 0.25
+    s = ball(False, rolling="delta", restitution=e, impact=impact)
+    start = {"y": R, "y'": -v, "x'": -spin * R, "turn'": spin}
+    motion = fb.simulate(s, 0.01, initial=start, impacts=impacts)
+    change = DELTA * (1 + e) * v / (7 / 5 * R**2)
+    assert motion["turn'"][-1] == pytest.approx(min(spin + change, 0), rel=1e-12, abs=1e-14)
+    assert motion["x'"][-1] == pytest.approx(-R * motion["turn'"][-1], rel=1e-12)
+    assert motion["y'"][-1] == pytest.approx(e * v - G * 0.01, rel=1e-12)
+
+
+def test_resistance_has_the_load_of_adhesion_and_of_a_soft_floor():
+    rolls = {"x'": 1, "turn'": -1 / R}
+    motion = fb.simulate(ball(False, rolling="delta", adhesion=2), 2, initial={"y": R, **rolls})
+    assert modes(motion, "floor_rolling")[-1][1] == pytest.approx(
+        rolling_ball(1, R, DELTA, G + 2).time, rel=1e-12
+    )
+    soft = ball(False, rolling="delta", normal="1e4*depth + 100*rate")
+    motion = fb.simulate(soft, 2, initial={"y": R - G / 1e4, **rolls})
+    assert modes(motion, "floor_rolling")[-1][1] == pytest.approx(rolling_ball(1, R, DELTA, G).time, rel=1e-9)
+
+
+def test_lanes_are_single_motions():
+    s, start = ball(rolling="delta", spinning="nu"), {"f_z": 2 * R, "f_vx": 1, "f_wx": 5, "f_wz": 7}
+    deltas = [0.005, 0.02]
+    many = fb.simulate(s, 1, initial=start, values={"delta": deltas}, samples=11)
+    for k, delta in enumerate(deltas):
+        one = fb.simulate(s, 1, initial=start, values={"delta": delta}, samples=11)
+        np.testing.assert_array_equal(many["f_x"][k], one["f_x"])
+
+
+def test_modes_at_the_start():
+    s = ball(False, np.arctan(1.01 * DELTA / R), rolling="delta")
+    assert starting_modes(s, {"y": R}) == {"floor": "stick", "floor_rolling": "slip-"}
+    assert starting_modes(s, {"y": R}, values={"delta": 2 * DELTA}) == {
+        "floor": "stick",
+        "floor_rolling": "stick",
+    }
+    assert starting_modes(s, {"y": 2 * R}) == {"floor": "open", "floor_rolling": "open"}
+
+
+def test_what_it_refuses():
     s = ball(False, rolling="delta")
     with pytest.raises(SimulationError) as caught:
-        fb.simulate(s, 1, initial={"y": R})
-    assert str(caught.value) == (
-        "Contact 'floor' resists rolling, which motions from event to event do not have. Take method='timestepping' "
-        "with step=, which does it exactly in every step, or leave rolling= out."
-    )
-    with pytest.raises(SimulationError, match="contact 'floor', which resists rolling or spinning"):
-        motion = stepped(s, 0.1, {"y": R})
-        check_machine(motion.kernels)
+        fb.simulate(s, 1, initial={"y": R}, values={"delta": -1})
+    assert str(caught.value) == "Expected rolling= of 0 m or more for contact 'floor', got -1."
     with pytest.raises(ModelError) as caught:
         fb.equations(ball(False, spinning="nu"), modes={})
     assert str(caught.value) == (

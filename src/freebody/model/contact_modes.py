@@ -143,8 +143,7 @@ def in_modes(model: Model, modes: Any) -> Model:
         if touching.slips and contact.presser:
             raise ModelError(
                 f"Expected 'stick' or 'open' for '{contact.name}', got a slip: its moment is a multiple of the normal "
-                f"force of '{contact.presser}', which equations in modes do not have. Motions do, by "
-                f"method='timestepping'."
+                f"force of '{contact.presser}', which equations in modes do not have. Motions do."
             )
         if touching.slips and not contact.frictionless and (contact.held or contact.adhesion != 0):
             name = contact.friction_name

@@ -76,7 +76,7 @@ def contact(
         act at a distance, and does not slow a rebound.
     rolling, spinning : expression of parameters, optional
         Lengths [m] whose product with the normal force bounds the moments that resist rolling, about the tangents, and
-        spinning, about the normal. Motions with them go by ``method="timestepping"``.
+        spinning, about the normal.
 
     Raises
     ------

@@ -24,6 +24,8 @@ def rebounded(it: Contacts, part: float) -> float:
     if it.poisson == 0:
         at = 0
         for k in range(it.contacts):
+            if it.presser[k] >= 0:
+                continue
             while it.place[at] != it.at[k]:
                 at += 1
             if it.given[it.at[k]] < -it.still:
@@ -33,6 +35,8 @@ def rebounded(it: Contacts, part: float) -> float:
     if it.poisson != 0:
         at = 0
         for k in range(it.contacts):
+            if it.presser[k] >= 0:
+                continue
             while it.place[at] != it.at[k]:
                 at += 1
             problem.low[at] = greater(part * it.restitution[k] * problem.x[at], 0.0)

@@ -21,7 +21,7 @@ import math
 from ...native.instructions import compiled, greater, lesser, root
 from .contacts import AWAY, FORWARDS, PRESSED, Contacts
 from .elimination import solved
-from .uniqueness import SMALL, is_held
+from .uniqueness import SMALL, behind, is_held
 
 MOST = 1 << 8
 """Largest number of combinations that are tried."""
@@ -138,7 +138,7 @@ def differs(it: Contacts) -> int:
 
 @compiled
 def add_unknown(it: Contacts, count: int, row: int, owner: int) -> int:
-    """Append an unknown force, and a rate that is zero; ``owner`` is the contact that slides, or -1."""
+    """Append an unknown force, and a rate that is zero; ``owner`` is the contact of a normal force, or -1."""
     it.place[count], it.owner[count] = row, owner
     return count + 1
 
@@ -159,29 +159,50 @@ def missed(it: Contacts) -> float:
     for a in range(m):
         it.forces[a] = 0.0
     for i in range(it.contacts):
-        slides = it.tried[i] > PRESSED or (it.tried[i] == PRESSED and it.slides[i] != 0)
-        if is_held(it, i) != 0:
+        if is_held(it, i) != 0 and it.presser[i] < 0:
             it.forces[it.at[i]] = it.least[i]
-            for j in range(it.tangents[i] if slides else 0):
+            for j in range(it.tangents[i] if is_on_ray(it, i) != 0 else 0):
                 it.forces[it.at[i] + 1 + j] = it.least[i] * ray_of(it, i, j)
-        elif it.tried[i] != AWAY:
-            count = add_unknown(it, count, it.at[i], i if slides else -1)
-        if it.tried[i] == PRESSED and it.slides[i] == 0 and is_smooth(it, i) == 0:
+        elif it.presser[i] < 0 and it.tried[i] != AWAY:
+            count = add_unknown(it, count, it.at[i], i)
+        if it.tried[i] == PRESSED and it.slides[i] == 0 and is_smooth(it, i) == 0 and is_away(it, i) == 0:
             for j in range(it.tangents[i]):
                 count = add_unknown(it, count, it.at[i] + 1 + j, -1)
     rated(it)
     for a in range(count):
         for b in range(count):
             S = it.A[it.place[a] * m + it.place[b]]
-            if it.owner[b] >= 0:
-                for j in range(it.tangents[it.owner[b]]):
-                    S += ray_of(it, it.owner[b], j) * it.A[it.place[a] * m + it.place[b] + 1 + j]
+            k = it.owner[b]
+            for s in range(k, behind(it, k) if k >= 0 else k):
+                for j in range(it.tangents[s] if is_on_ray(it, s) != 0 else 0):
+                    S += ray_of(it, s, j) * it.A[it.place[a] * m + it.at[s] + 1 + j]
             it.chosen[a * count + b] = S
     for _ in range(REFINED):
         if least(it, count) == 0:
             return math.inf
         rated(it)
+    name_pressers(it)
     return worst(it, count)
+
+
+@compiled
+def is_on_ray(it: Contacts, i: int) -> int:
+    """Return 1 if the friction of a contact in the combination is that of a known slip, else 0."""
+    return 1 if it.tried[i] > PRESSED or (it.tried[i] == PRESSED and it.slides[i] != 0) else 0
+
+
+@compiled
+def is_away(it: Contacts, i: int) -> int:
+    """Return 1 for resistance to rolling or spinning of a contact that is open in the combination, else 0."""
+    return 1 if it.presser[i] >= 0 and it.tried[it.presser[i]] == AWAY else 0
+
+
+@compiled
+def name_pressers(it: Contacts) -> None:
+    """Write the normal force that bounds resistance to rolling and spinning on its normal row, which moves nothing."""
+    for i in range(it.contacts):
+        if it.presser[i] >= 0:
+            it.forces[it.at[i]] = it.forces[it.at[it.presser[i]]]
 
 
 @compiled
@@ -217,9 +238,10 @@ def least(it: Contacts, count: int) -> int:
         for a in range(count):
             x += it.H[a] * S[a * count + b] * left[a]
         it.forces[it.place[b]] += x
-        if it.owner[b] >= 0:
-            for j in range(it.tangents[it.owner[b]]):
-                it.forces[it.place[b] + 1 + j] += ray_of(it, it.owner[b], j) * x
+        k = it.owner[b]
+        for s in range(k, behind(it, k) if k >= 0 else k):
+            for j in range(it.tangents[s] if is_on_ray(it, s) != 0 else 0):
+                it.forces[it.at[s] + 1 + j] += ray_of(it, s, j) * x
     return 1
 
 
@@ -232,6 +254,8 @@ def worst(it: Contacts, count: int) -> float:
         result = greater(result, r * abs(it.after[it.place[a]]))
     for i in range(it.contacts):
         at, n = it.at[i], it.tangents[i]
+        if is_away(it, i) != 0:
+            continue
         if it.tried[i] == AWAY:
             slack = r * it.after[at]
         else:

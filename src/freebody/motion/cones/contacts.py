@@ -36,6 +36,8 @@ class Contacts(Record):
     ``slides``, ``way``        1 if it slides, and along which direction (two numbers)
     ``least``                  its normal force that acts in any case
     ``held``                   1 if that is given and moves nothing: friction of a joint, or of a compliant contact
+    ``presser``                of what resists rolling or spinning, whose own normal row is zero: the contact before it
+                               whose normal force, an unknown, bounds it; else -1
     ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
@@ -63,6 +65,7 @@ class Contacts(Record):
     static: Annotated[Row, "k"]
     least: Annotated[Row, "k"]
     held: Annotated[Wholes, "k"]
+    presser: Annotated[Wholes, "k"]
     restitution: Annotated[Row, "k"]
     way: Annotated[Row, "k2"]
     tried: Annotated[Wholes, "k2"]
@@ -95,6 +98,7 @@ def contacts_room(k: int, rows: int) -> Contacts:
     most = max(rows, 1)
     it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
     it.problem.W, it.problem.X = it.H, it.C
+    it.presser[:] = -1
     blocks = it.problem.blocks
     blocks.count, blocks.starts, blocks.pieces = 1, it.starts, it.pieces
     blocks.first, blocks.at = it.first, it.ends

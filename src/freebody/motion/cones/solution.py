@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater, inlined, root
-from .combinations import rated
+from ...native.instructions import Reals, compiled, greater, inlined, root
+from .combinations import name_pressers, rated
 from .cone import set_scales, violation, violation_slopes
 from .contact_problem import DEPENDENT, EQUALITY, FIRST, GOAL, LINE, NORMAL
 from .contacts import Contacts
 from .elimination import solved
 from .newton import factor, press_at_least, solve
-from .uniqueness import SMALL, is_held, unique
+from .uniqueness import SMALL, behind, is_held, unique
 
 ROUGH, CLOSE, FINE = 1e-5, 1e-10, 1e-13
 """Relative residual from which the polish begins, also if A is singular, and with which its result is accepted."""
@@ -29,9 +29,30 @@ STRAIGHT = 10
 
 
 @inlined
-def ray(it: Contacts, a: int, j: int) -> float:
-    """Return the force on tangent ``j`` per unit of an unknown that belongs to a contact that slides."""
-    return -it.friction[it.owner[a]] * it.way[2 * it.owner[a] + j]
+def ray(it: Contacts, k: int, j: int) -> float:
+    """Return the force on tangent ``j`` of a contact that slides, per unit of the normal force that bounds it."""
+    return -it.friction[k] * it.way[2 * k + j]
+
+
+@compiled
+def along_ray(it: Contacts, a: int, x: Reals, stride: int) -> float:
+    """Return the sum of the forces on tangents per unit of an unknown times x of their rows, ``stride`` apart."""
+    total, k = 0.0, it.owner[a]
+    for s in range(k, behind(it, k)):
+        if it.slides[s] != 0:
+            for j in range(it.tangents[s]):
+                total += ray(it, s, j) * x[(it.at[s] + 1 + j) * stride]
+    return total
+
+
+@compiled
+def slides_in(it: Contacts, k: int) -> int:
+    """Return 1 if a contact slides, rolls or spins, else 0."""
+    found = 0
+    for s in range(k, behind(it, k)):
+        if it.slides[s] != 0:
+            found = 1
+    return found
 
 
 @compiled
@@ -40,14 +61,20 @@ def lay_out(it: Contacts) -> None:
     problem, m = it.problem, it.equalities
     for a in range(m):
         it.place[a], problem.kinds[a], it.owner[a], problem.mu[a] = it.equal[a], EQUALITY, -1, 0.0
+        problem.between[a] = 0
+    normal = m
     for k in range(it.contacts):
         n = it.tangents[k] if it.slides[k] == 0 and it.static[k] > 0.0 else 0
-        for j in range(1 + n):
-            it.place[m + j] = it.at[k] + j
-            it.owner[m + j] = k if it.slides[k] != 0 else -1
-            problem.mu[m + j] = it.static[k]
-            problem.kinds[m + j] = NORMAL if j == 0 else (LINE if n == 1 else FIRST + j - 1)
-        m += 1 + n
+        if it.presser[k] < 0:
+            normal, it.place[m], problem.kinds[m] = m, it.at[k], NORMAL
+            it.owner[m] = k if slides_in(it, k) != 0 else -1
+            problem.mu[m], problem.between[m] = it.static[k], 0
+            m += 1
+        before = m - 1 - normal
+        for j in range(n):
+            it.place[m], it.owner[m], problem.mu[m] = it.at[k] + 1 + j, -1, it.static[k]
+            problem.kinds[m], problem.between[m] = LINE if n == 1 else FIRST + j, before
+            m += 1
     problem.count = m
     n = factor(it.A, it.rows, it.factors, DEPENDENT, it.left, it.order)
     it.directions, it.sole = n, 1 if is_regular(it, n) != 0 and unique(it, n) != 0 else 0
@@ -57,14 +84,12 @@ def lay_out(it: Contacts) -> None:
         for b in range(m):
             it.chosen[a * m + b] = it.A[row + it.place[b]]
             if it.owner[b] >= 0:
-                for j in range(it.tangents[it.owner[b]]):
-                    it.chosen[a * m + b] += ray(it, b, j) * it.A[row + it.place[b] + 1 + j]
+                it.chosen[a * m + b] += along_ray(it, b, it.A[row:], 1)
         for k in range(n):
             it.H[a * n + k] = it.factors[row + k]
             it.C[a * n + k] = it.factors[row + k]
             if it.owner[a] >= 0:
-                for j in range(it.tangents[it.owner[a]]):
-                    it.C[a * n + k] += ray(it, a, j) * it.factors[row + (1 + j) * it.rows + k]
+                it.C[a * n + k] += along_ray(it, a, it.factors[k:], it.rows)
         for k in range(3):
             problem.matrix[a, k] = 0.0
             if a + k < m:
@@ -79,6 +104,8 @@ def scale_held(it: Contacts) -> None:
     """Compare a given normal force that moves nothing by the rate of its tangent."""
     a, problem = it.equalities, it.problem
     for k in range(it.contacts):
+        if it.presser[k] >= 0:
+            continue
         if is_held(it, k) != 0:
             problem.matrix[a, 0] = it.A[(it.at[k] + 1) * (it.rows + 1)]
         a += 1
@@ -218,9 +245,12 @@ def take(it: Contacts) -> None:
     x = it.problem.x
     for a in range(it.problem.count):
         it.forces[it.place[a]] += x[a]
-        if it.owner[a] >= 0:
-            for j in range(it.tangents[it.owner[a]]):
-                it.forces[it.place[a] + 1 + j] += ray(it, a, j) * x[a]
+        k = it.owner[a]
+        for s in range(k, behind(it, k) if k >= 0 else k):
+            if it.slides[s] != 0:
+                for j in range(it.tangents[s]):
+                    it.forces[it.at[s] + 1 + j] += ray(it, s, j) * x[a]
+    name_pressers(it)
     rated(it)
 
 
@@ -234,6 +264,8 @@ def find(it: Contacts) -> int:
     for i in range(problem.count):
         problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
     for k in range(it.contacts):
+        if it.presser[k] >= 0:
+            continue
         problem.low[a] = it.least[k]
         a += 1
         while a < problem.count and problem.kinds[a] > NORMAL:

@@ -17,51 +17,68 @@ def unique(contacts: Contacts, n: int) -> int:
 
     For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
 
-        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
+        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + μ² H_TᵀH_T/α) w/2     for every α > 0
 
-    with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
-    below 2/μ; α = |H_T|/|P|. Friction with a given bound is monotone: it adds nothing to the sum. A contact at rest has
-    its static friction; what slips under it is released to its kinetic friction afterwards (`decision`).
+    with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. The sum is over the frictions, and over
+    the moments that a normal force bounds. So w = 0 where the greatest eigenvalue is below 2; α = |μ H_T|/|P|. Friction
+    with a given bound is monotone: it adds nothing to the sum. A contact at rest has its static friction; what slips
+    under it is released to its kinetic friction afterwards (`decision`).
     """
-    m, mu = contacts.rows, 0.0
+    m, most = contacts.rows, 0.0
     for i in range(contacts.contacts):
-        if is_held(contacts, i) == 0:
-            mu = greater(mu, contacts.friction[i] if contacts.slides[i] != 0 else contacts.static[i])
-    if mu == 0.0:
+        most = greater(most, bound_by(contacts, i))
+    if most == 0.0:
         return 1
     across = normal_parts(contacts, n)
     if across < 0.0:
         return 0
     H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
     for i in range(contacts.contacts):
-        tangents = contacts.tangents[i] if is_held(contacts, i) == 0 else 0
-        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + tangents):
-            along += dot(H[r * m :], H[r * m :], n)
+        mu = bound_by(contacts, i)
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
+            along += mu * mu * dot(H[r * m :], H[r * m :], n)
     if along == 0.0:
         return 1
     part = root(along / across)
     for p in range(n * n):
         M[p] = 0.0
     for p in range(n):
-        M[p * n + p] = 2.0 / mu
+        M[p * n + p] = 2.0
     for i in range(contacts.contacts):
-        a = contacts.at[i]
-        if is_held(contacts, i) == 0:
-            subtract(M, P[a * m :], part, n)
+        a, mu, p = contacts.at[i], bound_by(contacts, i), contacts.presser[i]
+        if mu > 0.0:
+            subtract(M, P[contacts.at[p if p >= 0 else i] * m :], part, n)
             for r in range(a + 1, a + 1 + contacts.tangents[i]):
-                subtract(M, H[r * m :], 1.0 / part, n)
+                subtract(M, H[r * m :], mu * mu / part, n)
     return definite(M, n)
 
 
 @compiled
+def bound_by(contacts: Contacts, i: int) -> float:
+    """Return the coefficient by which a normal force that is an unknown bounds the friction of a contact, or 0."""
+    if is_held(contacts, i) != 0 and contacts.presser[i] < 0:
+        return 0.0
+    return contacts.friction[i] if contacts.slides[i] != 0 else contacts.static[i]
+
+
+@compiled
+def behind(contacts: Contacts, i: int) -> int:
+    """Return the place after a contact and what resists its rolling and spinning, which follows it."""
+    last = i + 1
+    while last < contacts.contacts and contacts.presser[last] == i:
+        last += 1
+    return last
+
+
+@compiled
 def is_held(contacts: Contacts, i: int) -> int:
-    """Return 1 if the normal force of a contact is given and moves nothing: the friction of a joint."""
+    """Return 1 if a contact has no normal force of its own that moves something, such as the friction of a joint."""
     return contacts.held[i]
 
 
 @compiled
 def held(contacts: Contacts) -> int:
-    """Return the number of contacts whose normal force is given and moves nothing."""
+    """Return the number of contacts without a normal force of their own that moves something."""
     result = 0
     for i in range(contacts.contacts):
         result += is_held(contacts, i)

@@ -201,6 +201,8 @@ class History:
             across = work.model.contacts[k].friction_across is not None
             if code != event_run.NO_REASON:
                 text = "T reached its ellipse" if across and code == event_run.CONE_REACHED else WHY[code]
+                if work.model.contacts[k].presser:
+                    text = text.replace("|T|", "|M|")
                 if code == event_run.NORMAL_ZERO and work.model.contacts[k].adhesion != 0:
                     text = "N reached the adhesion"
                 why = text.format(measures[i // 4], unit=unit)
@@ -338,12 +340,15 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
 
     ``dead`` says which contacts the others hold in place: their forces have none.
     """
-    rows, columns, signs = [], [], {"slip+": 1.0, "slip-": -1.0}
+    rows: list[list[int]] = []
+    columns, signs, normal = [], {"slip+": 1.0, "slip-": -1.0}, -1
     for k, mode in enumerate(phase.modes):
         if mode == KINDS[laws.OPEN] and not dead[k]:
             continue
         at, n = work.scene.first[k], work.scene.tangents[k]
         held = work.scene.held[k]
+        if work.scene.presser[k] < 0:  # resistance to rolling and spinning follows its contact
+            normal = -1 if held else len(rows)
         if not held:  # else the normal force is given
             rows.append([at])
             columns.append(seen.responses[at])
@@ -351,13 +356,13 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
             for i in range(at + 1, at + 1 + n):
                 rows.append([i])
                 columns.append(seen.responses[i])
-        elif not held and mode != KINDS[laws.OPEN] and n > 0 and not work.smooth(seen, k):
+        elif normal >= 0 and mode != KINDS[laws.OPEN] and n > 0 and not work.smooth(seen, k):
             v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
             speed = float(np.linalg.norm(v))
             if speed > 0:
-                rows[-1] = list(range(at, at + 1 + n))
-                columns[-1] = (
-                    columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
+                rows[normal] = [*rows[normal], *range(at + 1, at + 1 + n)]
+                columns[normal] = (
+                    columns[normal] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
                 )
     mask = np.zeros(work.scene.rows, dtype=bool)
     if not rows:

@@ -21,7 +21,7 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .history import History
-from .run import run
+from .run import flat, run
 from .state import CHOICES, ContactRun
 
 
@@ -51,7 +51,6 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             f"{request.indeterminate!r}."
         )
     check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
-    refuse_resistance(model)
     scene = scene_of(kernels)
     if scene.checked != p.numbers:
         check_coefficients(model, p.numbers)
@@ -71,7 +70,11 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     work.give_back()
     trajectory = _trajectory(problem, history)
     if status in FAILED:
-        raise failure(trajectory, history.path, kernels, p.end, work.specs)
+        why = failure(trajectory, history.path, kernels, p.end, work.specs)
+        if status == End.COLLAPSED:
+            modes = history.path.segments[-1].modes
+            why.args = (f"{why}{flat(work, [k for k, mode in enumerate(modes) if mode != 'open'])}",)
+        raise why
     return trajectory
 
 
@@ -81,21 +84,18 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
     return trajectory.begun(request.initial, request.near)
 
 
-def refuse_resistance(model: Any) -> None:
-    """Raise for contacts that resist rolling or spinning, whose modes the search of events does not decide."""
-    for c in model.contacts:
-        if c.presser:
-            about = c.law.about
-            raise SimulationError(
-                f"Contact '{c.owner}' resists {about}, which motions from event to event do not have. Take "
-                f"method='timestepping' with step=, which does it exactly in every step, or leave {about}= out."
-            )
-
-
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
         laws = (c.friction_at_rest, c.static_friction)
+        if c.presser:
+            given = f"{c.law.about}= of contact '{c.owner}'"
+            length = number(model, values, c.friction, given)
+            if not length >= 0:
+                raise SimulationError(
+                    f"Expected {c.law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
+                )
+            continue
         varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)
         words = (f"the {kind} of contact '{c.name}'" for kind in ("friction", "static friction"))
         mu, static = (

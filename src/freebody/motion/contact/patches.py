@@ -17,7 +17,7 @@ from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.patched import CORNER_ON_FACE, EDGE_ON_EDGE, FACE_ON_CORNER
 from ..families import feature_changes
-from ..families.faces import FACE, NOWHERE
+from ..families.faces import FACE
 from ..families.family_record import POSE
 from ..families.feature_changes import Followed
 from ..families.memory import fill_members, link_poses
@@ -28,8 +28,6 @@ from ..phase.laws import CLOSED
 
 TURNED = 1e-6
 """Sine of the angle from which two normals are different ones."""
-PARALLEL = 1e-9
-"""Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
 
 
 class Patches:
@@ -115,7 +113,8 @@ class Patches:
         found: list[tuple[int, ...]] = []
         if gap <= near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
-            found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
+            counts = [self.functions["counts"](it, k) for k in range(len(rows))]
+            found = list(dict.fromkeys(tuple(one) for one, good in zip(rows, counts, strict=True) if good))
             if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
                 raise self._open_normal(pair, t)
         if found and self.ready and not places and self._several_normals(p):
@@ -131,7 +130,7 @@ class Patches:
             if one not in kept.values():
                 place = self._place(p, kind_of(one), kept, found)
                 kept[place] = one
-                self.values.update(self._numbers(p, place, one, t))
+                self.values.update(self._numbers(p, place, one))
         for place in places.keys() - kept.keys():
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
         it.used[p] = len(kept) or -1
@@ -148,18 +147,16 @@ class Patches:
         ]
         return min(places, key=lambda place: place in kept)
 
-    def _numbers(self, p: int, place: int, one: tuple[int, ...], t: float) -> dict[str, float]:
+    def _numbers(self, p: int, place: int, one: tuple[int, ...]) -> dict[str, float]:
         """Return the parameters of a place for its features."""
         pair, kind = self.pairs[p], self.pairs[p].kinds[place]
         (A, B), shapes = self.cores[p], (pair.whole.feature, pair.whole.surface)
         a, b = one[:2], one[2:]
-        poses = [self.it.families.links.poses[POSE * k :] for k in self._links(p)]
         if kind == EDGE_ON_EDGE:
+            poses = [self.it.families.links.poses[POSE * k :][:9].reshape(3, 3) for k in self._links(p)]
             sides = [core[feature[1]] - core[feature[0]] for core, feature in ((A, a), (B, b))]
             sides = [side / np.linalg.norm(side) for side in sides]
-            m = np.cross(*(pose[:9].reshape(3, 3) @ side for pose, side in zip(poses, sides, strict=True)))
-            if not np.linalg.norm(m) > PARALLEL:
-                raise self._open_normal(pair, t)
+            m = np.cross(*(pose @ side for pose, side in zip(poses, sides, strict=True)))
             middles = [self.it.families.one.middle, self.it.families.other.middle]
             side = 1.0 if m @ (middles[0] - middles[1]) > 0 else -1.0
             numbers = [*A[a[0]], 1.0, *sides[0], side, *B[b[0]], 1.0, *sides[1], side]

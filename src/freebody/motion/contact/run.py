@@ -37,7 +37,7 @@ FEW = 1 << 10
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
-    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0)
+    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
     refuse_overlap(work.model.name, zip(compress(work.names, rigid), seen.gap[rigid], strict=False), near)
 
 
@@ -274,7 +274,8 @@ def flat(work: ContactRun, contacts: Sequence[int]) -> str:
         if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
             return (
                 f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "
-                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face."
+                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face, or end "
+                "the motion before, with a terminal event."
             )
     return ""
 

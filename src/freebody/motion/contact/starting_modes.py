@@ -22,7 +22,7 @@ from ..phase.scene import KINDS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
-from .motion import check_coefficients, refuse_resistance
+from .motion import check_coefficients
 from .run import check_apart, refusal
 from .state import ContactRun
 
@@ -49,7 +49,6 @@ def starting_modes(
         kernels = kernels.holding(active)
     else:
         state = initial_state(kernels.model, numbers, initial or {})
-    refuse_resistance(kernels.model)
     check_coefficients(kernels.model, numbers)
     work = ContactRun(kernels, numbers, Scene(kernels))
     try:

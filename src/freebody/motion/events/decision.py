@@ -17,7 +17,7 @@ from ...native.instructions import Reals, compiled, greater, lesser, root, run_b
 from ..cones.combinations import combinations, motions, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
-from ..cones.uniqueness import held, is_held, unique
+from ..cones.uniqueness import behind, held, is_held, unique
 from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
@@ -49,10 +49,10 @@ def alone(contacts: Contacts) -> int:
             return 0
         for j in range(k):
             S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
-            if contacts.slides[j] != 0:
-                for d in range(contacts.tangents[j]):
-                    ray = -contacts.friction[j] * contacts.way[2 * j + d]
-                    S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[j] + 1 + d]
+            for s in range(j, behind(contacts, j)):
+                for d in range(contacts.tangents[s] if contacts.slides[s] != 0 else 0):
+                    ray = -contacts.friction[s] * contacts.way[2 * s + d]
+                    S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[s] + 1 + d]
             if is_held(contacts, i) != 0 or is_held(contacts, j) != 0:  # a given force
                 S[i * k + j] = 1.0 if i == j else 0.0
     if k > 8:
@@ -248,9 +248,9 @@ def mode_of(contacts: Contacts, i: int) -> int:
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     alike = rounded(contacts, ALIKE)
     slow = alike * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= alike * greatest(
-        contacts.forces, m
-    ):
+    p = contacts.presser[i] if contacts.presser[i] >= 0 else i
+    load = greatest(contacts.forces[contacts.at[p] :], 1 + contacts.tangents[p])
+    if (is_held(contacts, i) == 0 or p != i) and load <= alike * greatest(contacts.forces, m):
         return laws.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return laws.SLIDE
@@ -275,7 +275,7 @@ def name(it: EventRun, contacts: Contacts) -> None:
             it.force[it.first[k] + j] = contacts.forces[at + j]
         if not margin(contacts, i, it.mode[k], f, r) > small:
             if it.mode[k] == laws.OPEN:
-                it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO else 0
+                it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO and contacts.presser[i] < 0 else 0
             elif it.mode[k] == laws.STICK:
                 # those at their limits of friction slip together
                 limit = size_of(contacts.forces[at + 1 :], n) * f > event_run.SMALL
@@ -308,13 +308,15 @@ def name_slip(it: EventRun, contacts: Contacts, i: int) -> None:
 @compiled
 def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
     """Let a contact without force and acceleration be closed, unless the others hold it in place."""
-    at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+    k = it.chosen[i]
     if depends(it, contacts, it.first[k], listed(it)) != 0:
         it.tied[k] = 0
         return
-    rests = contacts.slides[i] == 0 and r * size_of(contacts.after[at + 1 :], n) <= ALIKE
-    it.mode[k] = laws.STICK if rests and n > 0 and contacts.static[i] > 0.0 else laws.SLIDE
-    name_slip(it, contacts, i)
+    for s in range(i, behind(contacts, i)):
+        at, n = contacts.at[s], contacts.tangents[s]
+        rests = contacts.slides[s] == 0 and r * size_of(contacts.after[at + 1 :], n) <= ALIKE
+        it.mode[it.chosen[s]] = laws.STICK if rests and n > 0 and contacts.static[s] > 0.0 else laws.SLIDE
+        name_slip(it, contacts, s)
 
 
 # -- a moment later --------------------------------------------------------------------------------------

@@ -37,6 +37,9 @@ SHORTEST = LONGEST / 10
 """Length of the first step of the speeds alone [s]."""
 SLOW = 10 * STOPPED
 """Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
+RAY = 7
+"""Greatest number of rows behind a normal row whose forces its own bounds: two of friction, and those of resistance to
+rolling and spinning."""
 BOUNCES = 40
 """Number of impacts that are remembered, in search of cycles."""
 PASSES = 100_000
@@ -115,6 +118,7 @@ class EventRun(Record):
     ``quaternions``               components at which the ``turned`` unit quaternions begin
     ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
     ``poisson``                   1 for Poisson's law
+    ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
@@ -181,6 +185,7 @@ class EventRun(Record):
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]
+    presser: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
     compliant: Annotated[Wholes, "contacts"]
     turned: Count
@@ -273,7 +278,7 @@ class EventRun(Record):
     actives: Whole
     speeds: Annotated[Row, "rows"]
     list: Annotated[Wholes, "rows"]
-    ray: Annotated[Rows, "rows", 2]
+    ray: Annotated[Rows, "rows", RAY]
     goal: Annotated[Row, "rows"]
     x: Annotated[Row, "rows"]
     whole: Annotated[Row, "rows"]
@@ -316,6 +321,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     it.tangents[:], it.first[:] = scene.tangents, scene.first
     it.rough[:] = [not c.frictionless for c in model.contacts]
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
+    it.presser[:] = scene.presser
     it.held[:], it.compliant[:], it.adhesive = scene.held, scene.compliant, sum(scene.adhesive)
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():

@@ -8,14 +8,25 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import product_of, row_of
+from .moment import product_of, row_of, slip_speed
 
 
 @compiled
 def add_row(it: EventRun, count: int, r: int, goal: float) -> int:
     """Append a row whose rate is to change by ``goal``; return the number of rows."""
-    it.list[count], it.goal[count], it.ray[count, 0], it.ray[count, 1] = r, goal, 0.0, 0.0
+    it.list[count], it.goal[count] = r, goal
+    for j in range(event_run.RAY):
+        it.ray[count, j] = 0.0
     return count + 1
+
+
+@compiled
+def add_ray(it: EventRun, a: int, k: int) -> None:
+    """Add the friction of a contact that slips, or the moments of one that rolls or spins, to a normal row's ray."""
+    at, speed = it.first[k], slip_speed(it, k)
+    behind = at - it.list[a]
+    for j in range(it.tangents[k]):
+        it.ray[a, behind + j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
 
 
 @compiled
@@ -23,7 +34,7 @@ def ray_product(it: EventRun, a: int, b: int) -> float:
     """Return the change of the rate of row a of the list per unit of unknown b."""
     r, s = it.list[a], it.list[b]
     total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
-    for j in range(2):
+    for j in range(event_run.RAY):
         if it.ray[b, j] != 0.0:
             total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
     return total
@@ -91,7 +102,7 @@ def applied(it: EventRun, contacts: Contacts, count: int) -> float:
             left += contacts.chosen[a * count + b] * it.x[b]
         worst = greater(worst, abs(left))
         it.whole[it.list[a]] += it.x[a]
-        for j in range(2):
+        for j in range(event_run.RAY):
             if it.ray[a, j] != 0.0:
                 it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
     return worst

@@ -28,7 +28,7 @@ from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .impulse_system import add_row, impelled
+from .impulse_system import add_ray, add_row, impelled
 from .log import begin, end, mark, note, note_all
 from .moment import (
     choose,
@@ -63,6 +63,11 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
         contacts.static[i] = it.coefficients[4 * k + 1]
         contacts.least[i], contacts.held[i], contacts.slides[i] = it.given[k], it.held[k], 0
+        contacts.presser[i], presser = -1, it.presser[k]
+        if presser >= 0 and it.held[presser] != 0:
+            contacts.least[i] = it.given[presser]
+        elif presser >= 0:
+            contacts.presser[i] = place_of(it, i, presser)
         if impact != 0:
             contacts.static[i] = contacts.friction[i]
         elif speed > it.still:
@@ -81,6 +86,14 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
+
+
+@compiled
+def place_of(it: EventRun, i: int, k: int) -> int:
+    """Return the place of a contact in the list, up to the place i."""
+    while it.chosen[i] != k:
+        i -= 1
+    return i
 
 
 @compiled
@@ -209,12 +222,11 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
     for a in range(m):
         total[a] = 0.0
     size = greater(largest(v, m), it.still)
-    contacts.contacts = 1
     for _ in range(event_run.PASSES):
-        fastest, place, at = 0.0, -1, 0
+        fastest, place, at, first = 0.0, -1, 0, 0
         for i in range(it.count):
-            if place < 0 or v[at] < fastest:
-                fastest, place, contacts.at[0] = v[at], i, at
+            if it.presser[it.chosen[i]] < 0 and (place < 0 or v[at] < fastest):
+                fastest, place, first = v[at], i, at
             at += 1 + it.tangents[it.chosen[i]]
         if fastest >= -greater(it.still, 1e-13 * size):
             copy(total, contacts.forces, m)
@@ -222,10 +234,10 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
             contacts.part, contacts.residual, contacts.directions = part, residual, m
             contacts.contacts = it.count
             return 0
-        k = it.chosen[place]
-        contacts.tangents[0], contacts.restitution[0] = it.tangents[k], it.coefficients[4 * k + 2]
-        contacts.friction[0] = contacts.static[0] = it.coefficients[4 * k]
-        contacts.poisson = it.poisson[k]
+        contacts.contacts, contacts.poisson = (
+            take_one(it, contacts, place, first),
+            it.poisson[it.chosen[place]],
+        )
         copy(v, contacts.given, m)
         run_by(it.colliding, contacts)
         residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
@@ -235,6 +247,24 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
             total[a] += contacts.forces[a]
         copy(contacts.after, v, m)
     return event_run.SEQUENCE
+
+
+@compiled
+def take_one(it: EventRun, contacts: Contacts, place: int, at: int) -> int:
+    """Write a contact, whose rows begin at ``at``, and what resists its rolling and spinning as those that collide.
+
+    Return their number.
+    """
+    count, k = 0, it.chosen[place]
+    while place + count < it.count and (count == 0 or it.presser[it.chosen[place + count]] == k):
+        r = it.chosen[place + count]
+        contacts.at[count], contacts.tangents[count] = at, it.tangents[r]
+        contacts.presser[count], contacts.held[count] = -1 if count == 0 else 0, it.held[r]
+        contacts.friction[count] = contacts.static[count] = it.coefficients[4 * r]
+        contacts.restitution[count] = it.coefficients[4 * r + 2]
+        at += 1 + it.tangents[r]
+        count += 1
+    return count
 
 
 @compiled
@@ -296,13 +326,29 @@ def take_away(it: EventRun, contacts: Contacts) -> None:
             else:
                 count = add_row(it, count, at, -it.rate[at])
                 if rough and speed > it.still:
-                    for j in range(n):
-                        it.ray[count - 1, j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
+                    add_ray(it, count - 1, k)
+            count = add_resistances(it, count, k)
         elif it.closed[k] != 0 and abs(it.rate[at]) <= it.still:
             count = add_row(it, count, at, -it.rate[at])
     impelled(it, contacts, count)
     move_speeds(it)
     look(it)
+
+
+@compiled
+def add_resistances(it: EventRun, count: int, k: int) -> int:
+    """Add what resists the rolling and spinning of a contact in the list: rows at rest, else parts of its ray."""
+    normal, r = count - 1, k + 1
+    while it.list[normal] != it.first[k]:
+        normal -= 1
+    while r < it.contacts and it.presser[r] == k:
+        if slip_speed(it, r) > it.still:
+            add_ray(it, normal, r)
+        elif not is_smooth(it, r):
+            for j in range(1, 1 + it.tangents[r]):
+                count = add_row(it, count, it.first[r] + j, -it.rate[it.first[r] + j])
+        r += 1
+    return count
 
 
 @compiled

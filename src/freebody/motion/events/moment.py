@@ -101,12 +101,21 @@ def is_smooth(it: EventRun, k: int) -> Truth:
 
 @compiled
 def choose(it: EventRun) -> None:
-    """List the closed contacts that do not leave."""
+    """List the closed contacts that do not leave, each followed by what resists its rolling and spinning."""
     it.count = 0
     for k in range(it.contacts):
         if it.closed[k] != 0 and normal_speed(it, k) <= it.still:
-            it.chosen[it.count] = k
-            it.count += 1
+            append(it, k)
+
+
+@compiled
+def append(it: EventRun, k: int) -> None:
+    """Append a contact, and what resists its rolling and spinning, to the list."""
+    it.chosen[it.count], r = k, k + 1
+    it.count += 1
+    while r < it.contacts and it.presser[r] == k:
+        it.chosen[it.count] = r
+        it.count, r = it.count + 1, r + 1
 
 
 @compiled
@@ -114,9 +123,8 @@ def choose_all(it: EventRun) -> None:
     """List the closed contacts that do not leave, then those whose normal force the state gives."""
     choose(it)
     for k in range(it.contacts):
-        if it.held[k] != 0 and (it.compliant[k] == 0 or presses(it, k) != 0):
-            it.chosen[it.count] = k
-            it.count += 1
+        if it.held[k] != 0 and it.presser[k] < 0 and (it.compliant[k] == 0 or presses(it, k) != 0):
+            append(it, k)
 
 
 @compiled

@@ -80,7 +80,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == laws.OPEN:
-            it.dead[k] = 1 if abs(it.gap[k]) <= it.near and it.compliant[k] == 0 else 0
+            it.dead[k] = 1 if abs(it.gap[k]) <= it.near and it.held[k] == 0 else 0
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]

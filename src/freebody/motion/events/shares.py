@@ -12,7 +12,7 @@ from ..cones.contacts import Contacts
 from ..phase import laws
 from . import event_run
 from .event_run import EventRun
-from .impulse_system import add_row, ray_product
+from .impulse_system import add_ray, add_row, ray_product
 from .moment import is_smooth, largest, slip_speed
 
 SAME = 1e-8
@@ -22,7 +22,7 @@ SAME = 1e-8
 @compiled
 def forces_decide(it: EventRun, contacts: Contacts) -> int:
     """Return 1 if the shares of indeterminate forces decide the motion in the present modes, else 0."""
-    count, unsure = 0, SAME
+    count, unsure, normal = 0, SAME, -1
     for k in range(it.contacts):
         n, mode, at = it.tangents[k], it.mode[k], it.first[k]
         rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
@@ -30,14 +30,15 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
             continue
         if mode != laws.STICK and rough and speed <= it.still:
             return 0  # no direction yet
+        if it.presser[k] < 0:  # resistance to rolling and spinning follows its contact
+            normal = -1 if it.held[k] != 0 else count
         if it.held[k] == 0:
             count = add_row(it, count, at, 0.0)
         if mode == laws.STICK:
             for j in range(n):
                 count = add_row(it, count, at + 1 + j, 0.0)
-        elif rough and it.held[k] == 0:
-            for j in range(n):
-                it.ray[count - 1, j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
+        elif rough and normal >= 0:
+            add_ray(it, normal, k)
             if n == 2:
                 unsure = greater(unsure, event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
     return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
@@ -47,15 +48,19 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
 def impulses_decide(it: EventRun, contacts: Contacts) -> int:
     """Return 1 if impulses of the last impact that are distributed otherwise would change the motion, else 0."""
     count, most, fastest = 0, largest(contacts.forces, contacts.rows), largest(contacts.after, contacts.rows)
+    normal = 0
     for i in range(contacts.contacts):
         at, n, r = contacts.at[i], contacts.tangents[i], it.first[it.chosen[i]]
         if contacts.forces[at] <= SAME * most or contacts.friction[i] == 0.0:
             n = 0
         if contacts.forces[at] > SAME * most:
-            count = add_row(it, count, r, 0.0)
+            if contacts.presser[i] < 0:
+                normal, count = count, add_row(it, count, r, 0.0)
             if n > 0 and largest(contacts.after[at + 1 :], n) > SAME * fastest:
                 for j in range(n):
-                    it.ray[count - 1, j] = contacts.forces[at + 1 + j] / contacts.forces[at]
+                    it.ray[normal, r - it.list[normal] + j] = (
+                        contacts.forces[at + 1 + j] / contacts.forces[at]
+                    )
             else:
                 for j in range(n):
                     count = add_row(it, count, r + 1 + j, 0.0)
@@ -123,7 +128,7 @@ def motion_of(it: EventRun, z: Reals, count: int) -> float:
         for b in range(count):
             r = it.list[b]
             x += z[b] * it.X[r * it.n + i]
-            for j in range(2):
+            for j in range(event_run.RAY):
                 if it.ray[b, j] != 0.0:
                     x += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * it.n + i]
         result = greater(result, abs(x))

@@ -197,8 +197,8 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN and it.held[k] == 0:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
-        if it.stopped[k] != 0:
-            for j in range(1, 3):
+        if it.stopped[k] != 0 or (it.mode[k] == laws.STICK and stops_beside(it, k) != 0):
+            for j in range(1, 1 + it.tangents[k]):
                 count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
     impelled(it, contacts, count)
     work = it.impulses
@@ -206,6 +206,16 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     if keep != 0:
         it.impulses, it.rest_left = work, it.impulses - work
     look(it)
+
+
+@compiled
+def stops_beside(it: EventRun, k: int) -> int:
+    """Return 1 if the slip, rolling or spinning of the same contact stops, else 0."""
+    own, found = it.presser[k] if it.presser[k] >= 0 else k, 0
+    for r in range(it.contacts):
+        if it.stopped[r] != 0 and (r == own or it.presser[r] == own):
+            found = 1
+    return found
 
 
 @compiled

@@ -30,8 +30,11 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     It is 0 if a bounded force or a drive acts at a contact, if there is no solution, or if a contact would close.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
-    if machine.held_count > 0 or machine.driven != 0 or it.moving != 0:
+    if machine.driven != 0 or it.moving != 0:
         return 0
+    for k in range(it.contacts):
+        if it.held[k] != 0 and it.presser[k] < 0:
+            return 0
     choose(it)
     gather(it, contacts, 1)
     for a in range(contacts.rows):

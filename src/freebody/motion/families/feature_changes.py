@@ -35,6 +35,8 @@ from .patches import measure, outside
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
+PARALLEL = 1e-9
+"""Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
 ROUNDED = 1e-7
 """Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
 BAND, AWAY = 2.0 * BESIDE, 4.0
@@ -101,12 +103,36 @@ def kept(it: Followed, p: int) -> int:
     measure(of, it.first[p], it.second[p], FAR)
     for k in range(patch.count):
         one = patch.features[4 * k :]
-        if patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE and among(one, features, it.used[p]) == 0:
+        if patch.points[k, 6] <= it.limit[p] and counts(it, k) != 0 and among(one, features, it.used[p]) == 0:
             return 0
     for k in range(it.used[p]):
         if holds(it, p, k) == 0:
             return 0
     return 1
+
+
+@compiled
+def counts(it: Followed, k: int) -> int:
+    """Return 1 if a point of the patch that has been measured has a normal, else 0: edges that are parallel have none.
+
+    Solids that leave each other over an edge pass such a moment.
+    """
+    one = it.families.patch.features[4 * k :]
+    if one[1] == NOWHERE:
+        return 0
+    if one[1] == FACE or one[3] == FACE:
+        return 1
+    a, b, n = it.families.one, it.families.other, it.normal
+    p, q, r, s = (
+        a.corners[3 * one[0] :],
+        a.corners[3 * one[1] :],
+        b.corners[3 * one[2] :],
+        b.corners[3 * one[3] :],
+    )
+    x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
+    n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
+    lengths = root((x * x + y * y + z * z) * (u * u + v * v + w * w))
+    return 1 if root(along(n, n)) > PARALLEL * lengths else 0
 
 
 @compiled
@@ -230,5 +256,12 @@ def functions() -> dict[str, Any]:
     from ...native.loop import made
 
     label = __name__.partition(".")[2]
-    space = {"follow": follow, "values": values, "kept": kept, "within": within, "measure": measure}
+    space = {
+        "follow": follow,
+        "values": values,
+        "kept": kept,
+        "counts": counts,
+        "within": within,
+        "measure": measure,
+    }
     return made(label, (label,), tuple(space), lambda: space, short=True).functions

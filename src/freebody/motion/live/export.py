@@ -84,10 +84,6 @@ def check_machine(kernels: Kernels) -> None:
     if model.families:
         names = ", ".join(f"'{family.name}'" for family in model.families[:3])
         raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
-    resisting = next((contact for contact in model.contacts if contact.presser), None)
-    if resisting is not None:
-        what = f"contact '{resisting.owner}', which resists rolling or spinning"
-        raise _refusal(model, "contacts that motions from event to event have", what, without)
     count = sum(1 + contact.tangents for contact in model.contacts)
     if count > MOST_ROWS:
         raise _refusal(

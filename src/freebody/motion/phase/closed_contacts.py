@@ -6,6 +6,7 @@ Closed contacts are conditions beside those of the machine itself, all with rows
 
     stick     rows of N, T             K = G
     slip      row of N                 K = W_N - μ d W_T,   d the direction of slip;  μ = 0: K = G
+    rolls     row of N, those of T     K = W_N - δ d W_M    of the normal, beside its friction
 
 Only independent conditions (active ones) are imposed. The forces of the others are those of contacts of equal
 compliance, in the range of the rows. With S = G M⁻¹ Kᵀ and Q = G M⁻¹ Gᵀ over active and all conditions,
@@ -77,7 +78,7 @@ def force_row(phase: PhaseData, i: int) -> Reals:
 @compiled
 def rows_made(phase: PhaseData) -> None:
     """Set the rows of G, and of K where it differs from G, of all conditions."""
-    n, spare = phase.n, phase.spare
+    n = phase.n
     for i in range(phase.conditions):
         k, G = phase.source[i], phase.G[i]
         if k < 0:
@@ -87,16 +88,29 @@ def rows_made(phase: PhaseData) -> None:
         else:
             row_taken(phase, phase.first[k] + phase.row_of[i], G)
             forwarded(phase, G)
-            if phase.slip[i] != laws.NO_SLIP:
+            if phase.force_row[i] != i:
                 K = force_row(phase, i)
                 for p in range(n):
                     K[p] = G[p]
-                for j in range(phase.tangents[k]):
-                    row_taken(phase, phase.first[k] + 1 + j, spare)
-                    forwarded(phase, spare)
-                    share = friction_along(phase, k, phase.slip[i], j)
-                    for p in range(n):
-                        K[p] += share * spare[p]
+                if phase.slip[i] != laws.NO_SLIP:
+                    add_friction(phase, K, k, phase.slip[i])
+                r = k + 1
+                while r < phase.contacts and phase.presser[r] == k:
+                    if phase.pushed[r] != laws.NO_SLIP:
+                        add_friction(phase, K, r, phase.pushed[r])
+                    r += 1
+
+
+@compiled
+def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
+    """Add the friction of a slip, or the moments that resist rolling or spinning, per unit of normal force to K."""
+    spare = phase.spare
+    for j in range(phase.tangents[k]):
+        row_taken(phase, phase.first[k] + 1 + j, spare)
+        forwarded(phase, spare)
+        share = friction_along(phase, k, slip, j)
+        for p in range(phase.n):
+            K[p] += share * spare[p]
 
 
 @compiled
@@ -128,7 +142,7 @@ def shared(phase: PhaseData) -> int:
             k = phase.source[j]
             if phase.normal_of[j] >= 0:
                 weight[j] = lam[phase.normal_of[j]]
-            elif k >= 0 and phase.compliant[k] != 0:
+            elif k >= 0 and phase.held[k] != 0:
                 weight[j] = force_of(phase, k)[0]
         weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
@@ -198,9 +212,12 @@ def push(phase: PhaseData, z: Reals) -> None:
     """
     for closed in range(phase.closed_count):
         k = phase.closed[closed]
+        presser = phase.presser[k]
+        if presser >= 0 and phase.held[presser] == 0:
+            continue  # it is found with its normal force
         if phase.held[k] != 0:
             F = force_of(phase, k)
-            F[0] = given_force_of(phase, k)
+            F[0] = given_force_of(phase, k) if presser < 0 else force_of(phase, presser)[0]
             if phase.compliant[k] != 0:
                 push_along(phase, z, phase.first[k], F[0])
             if phase.pushed[k] != laws.NO_SLIP:
@@ -248,10 +265,22 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
         else:
             F = force_of(phase, k)
             F[phase.row_of[i]] = x
-            if phase.slip[i] != laws.NO_SLIP:
-                for j in range(phase.tangents[k]):
-                    F[1 + j] = x * friction_along(phase, k, phase.slip[i], j)
             if phase.row_of[i] == 0:
+                rub(phase, k, phase.slip[i], x)
                 F[0] = x - adhesion_of(phase, k)
+                r = k + 1
+                while r < phase.contacts and phase.presser[r] == k:
+                    rub(phase, r, phase.pushed[r], x)
+                    force_of(phase, r)[0] = x
+                    r += 1
     moved(phase, w, phase.udot)
     return good
+
+
+@compiled
+def rub(phase: PhaseData, k: int, slip: int, normal: float) -> None:
+    """Set the friction, or the moments, of a contact that slips, rolls or spins."""
+    if slip != laws.NO_SLIP:
+        F = force_of(phase, k)
+        for j in range(phase.tangents[k]):
+            F[1 + j] = normal * friction_along(phase, k, slip, j)

@@ -41,19 +41,20 @@ def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integer
     own = phase.own
     for i in range(own):
         set_condition(phase, i, -1 - i, 0, laws.NO_SLIP)
-    at, slipping = own, 0
+    at, slipping, normal = own, 0, -1
     for k in range(phase.contacts):
         slip, held = direction_kind(phase, k, modes[k]), phase.held[k]
         phase.pushed[k] = slip if held != 0 else laws.NO_SLIP
-        normal = at
+        if phase.presser[k] < 0:  # resistance to rolling and spinning follows its contact, and has its normal
+            normal = at if held == 0 else -1
         for j in range(conditions_of(phase.tangents[k], modes[k], held)):
             set_condition(phase, at, k, j + held, slip)
-            if j > 0 and held == 0:
+            if at != normal:
                 phase.normal_of[at] = normal
-            if slip != laws.NO_SLIP:
-                phase.force_row[at] = phase.most_conditions + slipping
-                slipping += 1
             at += 1
+        if slip != laws.NO_SLIP and normal >= 0 and phase.force_row[normal] == normal:
+            phase.force_row[normal] = phase.most_conditions + slipping
+            slipping += 1
     phase.conditions, phase.active, phase.slipping = at, own + count, 1 if slipping > 0 else 0
     phase.holonomics = 0
     for a in range(own + count):
@@ -119,7 +120,7 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
         n, mode, law = phase.tangents[k], modes[k], laws.NORMAL
         if mode == laws.OPEN:
             law = laws.NEVER if dead[k] != 0 or elsewhere(phase, modes, k) != 0 else laws.GAP
-        elif phase.held[k] != 0:
+        if phase.held[k] != 0:
             law = laws.NEVER
         if phase.compliant[k] != 0:
             law = laws.PRESS if mode == laws.OPEN else laws.RELEASE
@@ -132,6 +133,8 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
             law, sign = laws.LINE_STOP, 1 if mode == laws.SLIDE_ON else -1
         elif mode == laws.SLIDE and n == 2 and phase.rough[k] != 0:
             law = laws.STOP
+        elif mode == laws.LIMIT:
+            law = laws.YIELD
         if n > 0:
             i = set_ending(phase, i, law, sign)
         if n == 1:

@@ -144,6 +144,7 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     data.gap_at[:], data.reaches[:], at = data.gaps_at[of.pair] + of.gap, of.reaches, data.touch_at
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
     data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
+    data.presser[:] = scene.presser
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
     data.entry[:], data.entries[:], place = np.array(pattern.rows).T

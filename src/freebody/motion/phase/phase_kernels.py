@@ -127,6 +127,10 @@ def slowest_slip(phase: PhaseData) -> float:
         if phase.slip[i] == laws.ALONG:
             v = rates_of(phase, phase.source[i])
             least = lesser(least, root(v[1] * v[1] + v[2] * v[2]))
+    for k in range(phase.contacts if phase.held_count > 0 else 0):
+        if phase.pushed[k] == laws.ALONG:
+            v = rates_of(phase, k)
+            least = lesser(least, root(v[1] * v[1] + v[2] * v[2]))
     return least
 
 

@@ -53,6 +53,7 @@ class PhaseData(Record):
     ``held``, ``pushed``        1 if the state gives its normal force (its normal is no condition), and the direction in
                                 which it then slips
     ``compliant``               1 if that is a law of its depth
+    ``presser``                 of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
     ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
@@ -135,6 +136,7 @@ class PhaseData(Record):
     side: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
     compliant: Annotated[Wholes, "contacts"]
+    presser: Annotated[Wholes, "contacts"]
     pushed: Annotated[Wholes, "contacts"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]

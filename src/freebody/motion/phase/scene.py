@@ -21,6 +21,7 @@ from ...dynamics.contact_motion import contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
+from ...model.resistance import pressers
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
@@ -76,10 +77,12 @@ def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
     """For each corner that ends a side: the side's element, and the index of its reach that is zero there."""
     names = {c.name: k for k, c in enumerate(model.contacts)}
     result: dict[int, list[tuple[int, int]]] = {}
+    count: dict[int, int] = {}
     for k, c in enumerate(model.contacts):
         side = names.get(c.owner, k)
-        if side != k:
-            result[k] = [(side, k - side - 1)]
+        if side != k and not c.presser:
+            count[side] = count.get(side, -1) + 1
+            result[k] = [(side, count[side])]
     return result
 
 
@@ -98,6 +101,7 @@ class Scene:
         self.held = tuple(int(c.held) for c in self.model.contacts)
         self.compliant = tuple(int(c.compliant) for c in self.model.contacts)
         self.adhesive = tuple(int(c.adhesion != 0) for c in self.model.contacts)
+        self.presser = tuple(pressers(self.model.contacts))
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}

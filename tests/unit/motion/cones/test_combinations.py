@@ -5,6 +5,7 @@ import pytest
 
 from cone_problems import ConeProblem, Touching, contacts_of
 from enumeration import distinct, solutions
+from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.contacts import AWAY, EXACT, FORWARDS, PRESSED
 from freebody.motion.events.code import code
 from impacts import impact
@@ -96,6 +97,38 @@ def test_thousands_of_problems_have_the_motions_of_enumeration(tangents, dofs):
             size = np.abs(c).max() + np.abs(rates).max()
             np.testing.assert_allclose(rates, found[0][0].rates, atol=1e-7 * size)
     assert counts[1] > 300 and min(counts) > 0  # Painlevé's paradoxes of both kinds are among them
+
+
+@pytest.mark.parametrize("dofs", [3, 6])
+def test_wheels_that_resist_rolling_have_the_motions_of_enumeration(dofs):
+    """Contacts in a plane, each followed by its resistance, whose own normal row is zero."""
+    rng = np.random.default_rng(dofs)
+    counts, solved = [0, 0, 0], 0
+    for _ in range(100):
+        W, contacts = [], []
+        for k in range(int(rng.integers(1, 3))):
+            way = [np.array([rng.choice([-1.0, 1.0])]) if rng.random() < 0.3 else None for _ in range(2)]
+            mu = rng.uniform(0, 1, size=2).tolist()
+            contacts.append(Touching(f"c{k}", 4 * k, 1, mu[0], mu[0], way[0]))
+            contacts.append(Touching(f"r{k}", 4 * k + 2, 1, mu[1], mu[1], way[1], presser=2 * k))
+            W += [*rng.normal(size=(2, dofs)), np.zeros(dofs), rng.normal(size=dofs)]
+        W = np.array(W)
+        A, c = W @ W.T, W @ rng.normal(size=dofs)
+        found = distinct(solutions(A, c, contacts), W)
+        number, rates, _, _ = motions(A, c, contacts)
+        assert number == min(len(found), 2)
+        counts[number] += 1
+        it = contacts_of(A, c, contacts)
+        compiled_code()["find"](it)
+        if number == 1:
+            size = np.abs(c).max() + np.abs(rates).max()
+            np.testing.assert_allclose(rates, found[0][0].rates, atol=1e-7 * size)
+            if it.residual <= EXACT:
+                solved += 1
+                np.testing.assert_allclose(it.after[: len(c)], rates, atol=1e-7 * size)
+        if code("unique")(it, it.directions):
+            assert number == 1 and it.residual <= EXACT
+    assert counts[1] > 60 and solved > 0.95 * counts[1]
 
 
 @pytest.mark.parametrize("tangents", [0, 1, 2])

@@ -27,7 +27,21 @@ def bouncing() -> fb.System:
     return s
 
 
+def rolling() -> fb.System:
+    """A ball in space that lands, slides, rolls, spins and stops."""
+    s = fb.System("rolling")
+    m, R, delta, g = s.parameters(m=1.0, R=0.1, delta=0.01, g=9.81)
+    s.gravity = (0, 0, -g)
+    ball = s.body("ball", fb.sphere(m, R))
+    s.free("f", s.ground, ball)
+    s.contact(
+        "floor", ball.sphere(R), s.ground.plane(normal="z"), friction=0.3, rolling=delta, spinning=delta / 2
+    )
+    return s
+
+
 MOTIONS = {
+    "rolling": (rolling, 2, {"initial": {"f_z": 0.12, "f_vx": 0.5, "f_wx": 3.0, "f_wz": 4.0}}),
     "bouncing": (bouncing, 4, {"initial": {"y": 1.0, "x'": 2.0, "phi'": 30.0}, "events": ["y'"]}),
     "falling rod": (falling_rod, 0.6, {"initial": {"y": np.cos(0.1) / 2, "phi": 0.1}}),
     "seesaw": (seesaw, 0.4, {"initial": {"y": 0.1, "x": 0.1}}),
