@@ -29,9 +29,10 @@ from ...native.instructions import (
     root,
 )
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
-from .faces import BESIDE, FACE, FAR, HEAD, NOWHERE, along, face_normal
+from .faces import BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
-from .patches import measure, outside
+from .nearest import outside
+from .patches import measure
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
@@ -155,9 +156,9 @@ def beside(it: Followed, one: Integers) -> float:
         return outside_of(it, b, one[2], a, one[0])
     p, q, r, s = (
         a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
+        a.corners[3 * end_of(one, 0) :],
         b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
+        b.corners[3 * end_of(one, 2) :],
     )
     uu, uw, ww, ud, wd = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
@@ -167,11 +168,23 @@ def beside(it: Followed, one: Integers) -> float:
         ww += w * w
         ud += u * d
         wd += w * d
+    if uu == 0.0 and ww == 0.0:
+        return -FAR
+    if uu == 0.0:
+        return greater(wd / ww, -wd / ww - 1.0) * root(ww)
+    if ww == 0.0:
+        return greater(-ud / uu, ud / uu - 1.0) * root(uu)
     square = uu * ww - uw * uw
     if not square > 0.0:
         return FAR
     x, y = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
     return greater(greater(-x, x - 1.0) * root(uu), greater(-y, y - 1.0) * root(ww))
+
+
+@compiled
+def end_of(one: Integers, at: int) -> int:
+    """Return the other corner of an edge; of a corner itself."""
+    return one[at] if one[at + 1] == CORNER else one[at + 1]
 
 
 @compiled
@@ -188,21 +201,33 @@ def gap_of(it: Followed, one: Integers) -> float:
     """Return the gap of a place, whose cores are laid."""
     of = it.families
     a, b = of.one, of.other
+    both = a.radius + b.radius
     if one[1] == FACE:
-        return over(it, a, one[0], b, one[2])
+        return over(it, a, one[0], b, one[2]) - both
     if one[3] == FACE:
-        return over(it, b, one[2], a, one[0])
+        return over(it, b, one[2], a, one[0]) - both
     p, q, r, s, n = (
         a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
+        a.corners[3 * end_of(one, 0) :],
         b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
+        b.corners[3 * end_of(one, 2) :],
         it.normal,
     )
     x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
+    if one[1] == CORNER or one[3] == CORNER:
+        x, y, z = x + u, y + v, z + w  # of the edge, if there is one
+        square, part = x * x + y * y + z * z, 0.0
+        for k in range(3):
+            n[k] = p[k] - r[k]
+        if square > 0.0:
+            part = (n[0] * x + n[1] * y + n[2] * z) / square
+        n[0], n[1], n[2] = n[0] - part * x, n[1] - part * y, n[2] - part * z
+        return root(along(n, n)) - both
     n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
     gap = (along(n, p) - along(n, r)) / root(along(n, n))
-    return gap if along(n, a.middle) > along(n, b.middle) else -gap
+    if along(n, a.middle) < along(n, b.middle):
+        gap = -gap
+    return gap - both
 
 
 @compiled
