@@ -112,7 +112,7 @@ class Patches:
             return False
         limit = 2 * float(it.limit[p])
         gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
-        patch = it.families.patch
+        patch, round_pair = it.families.patch, it.families.one.radius + it.families.other.radius > 0
         found: list[tuple[int, ...]] = []
         if gap <= near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
@@ -121,7 +121,8 @@ class Patches:
                 raise self._open_normal(pair, t)
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
-        start, tie = self.most * p, t == self.last[p]  # round-off has changed the features back
+        start = self.most * p
+        tie = t == self.last[p] and not round_pair  # round-off has changed the features back
         within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
         kept = {
             place: one

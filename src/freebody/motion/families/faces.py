@@ -178,7 +178,9 @@ def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
     A corner has two tags: its number in the other core (-1 of a crossing, -2 - k of side k with an edge alone), and the
     edge from it to the next corner: its number among those of the uncut polygon, or -1 - k for side k of the face.
     """
-    slack = BESIDE * patch.extent * root(along(m, m))
+    slack = (
+        (ALONG if count == 1 else BESIDE) * patch.extent * root(along(m, m))
+    )  # a ball: its normal turns there
     height, kept, tags, rest = along(m, p), 0, patch.tags, patch.rest_tags
     for k in range(count):
         last = (k + count - 1) % count

@@ -12,6 +12,9 @@ that is kept there holds while it is near and within its sides: the foot of a co
 ends of both edges. If it is closed, it leaves at twice the distance outside a side at which places come
 (`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
 harm: of two convex solids, what lies within the sides is apart.
+
+Round solids have one normal at each point, so that places of other features at a point of the patch, such as the end of
+an edge, hold it as well, up to a distance of round-off (`SAME`) greater than that at which features change.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from ...native.instructions import (
     root,
 )
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
-from .faces import BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
+from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
 from .nearest import outside
 from .patches import measure
@@ -41,6 +44,8 @@ ROUNDED = 1e-7
 BAND, AWAY = 2.0 * BESIDE, 4.0
 """Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
 at which any place leaves."""
+SAME = 4.0 * ALONG
+"""Distance of two points, relative to the size, up to which they are one."""
 
 
 @record
@@ -52,7 +57,7 @@ class Followed(Record):
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
     ``tied``                 1 for a place that is kept at a tie
     ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
-    ``result``               approach and kept;  ``normal``: a vector
+    ``result``               approach and kept;  ``normal``, ``point``, ``part``: of a place, and where on its edges
     ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
     ``values``, ``values_c`` kernel of the functions of the user, ``asked`` of them, and its constants
     """
@@ -70,6 +75,8 @@ class Followed(Record):
     mode: Wholes
     result: Annotated[Row, 2]
     normal: Annotated[Row, 3]
+    point: Annotated[Row, 3]
+    part: Annotated[Row, 2]
     poses: Kernel
     poses_c: Row
     asked: Count
@@ -102,7 +109,8 @@ def kept(it: Followed, p: int) -> int:
     measure(of, it.first[p], it.second[p], FAR)
     for k in range(patch.count):
         one = patch.features[4 * k :]
-        if patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE and among(one, features, it.used[p]) == 0:
+        counts = patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE
+        if counts and among(one, features, it.used[p]) == 0 and met_by_others(it, p, k) == 0:
             return 0
     for k in range(it.used[p]):
         if holds(it, p, k) == 0:
@@ -117,10 +125,35 @@ def holds(it: Followed, p: int, k: int) -> int:
     one = it.features[4 * at :]
     if among(one, patch.features, patch.count) == 1:
         return 1
+    for point in range(patch.count):
+        if is_point(it, one, point) == 1:
+            return 1
     gap = gap_of(it, one)
     if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
         return 1
     return 1 if it.tied[at] != 0 and gap <= it.limit[p] and within(it, at) == 1 else 0
+
+
+@compiled
+def met_by_others(it: Followed, p: int, k: int) -> int:
+    """Return 1 if a place with other features is at a point of the patch that has been measured, else 0."""
+    for j in range(it.used[p]):
+        if is_point(it, it.features[4 * (it.most * p + j) :], k) == 1:
+            return 1
+    return 0
+
+
+@compiled
+def is_point(it: Followed, one: Integers, k: int) -> int:
+    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0."""
+    of = it.families
+    if not of.one.radius + of.other.radius > 0.0:
+        return 0
+    set_point(it, one)
+    square = 0.0
+    for j in range(3):
+        square += (of.patch.points[k, j] - it.point[j]) * (of.patch.points[k, j] - it.point[j])
+    return 1 if root(square) <= SAME * of.patch.extent else 0
 
 
 @compiled
@@ -154,6 +187,27 @@ def beside(it: Followed, one: Integers) -> float:
         return outside_of(it, a, one[0], b, one[2])
     if one[3] == FACE:
         return outside_of(it, b, one[2], a, one[0])
+    if meet(it, one) == 0:
+        return FAR
+    return greater(beyond(a, one, 0, it.part[0]), beyond(b, one, 2, it.part[1]))
+
+
+@compiled
+def beyond(core: Core, one: Integers, at: int, part: float) -> float:
+    """Return how far a point at a part of an edge lies outside it; a corner has no outside."""
+    p, q, square = core.corners[3 * one[at] :], core.corners[3 * end_of(one, at) :], 0.0
+    for k in range(3):
+        square += (q[k] - p[k]) * (q[k] - p[k])
+    return greater(-part, part - 1.0) * root(square) if square > 0.0 else -FAR
+
+
+@compiled
+def meet(it: Followed, one: Integers) -> int:
+    """Set the parts along two edges, whose cores are laid, at which they are nearest; of a corner it is 0.
+
+    Return 0 if they are parallel, else 1.
+    """
+    a, b = it.families.one, it.families.other
     p, q, r, s = (
         a.corners[3 * one[0] :],
         a.corners[3 * end_of(one, 0) :],
@@ -168,17 +222,43 @@ def beside(it: Followed, one: Integers) -> float:
         ww += w * w
         ud += u * d
         wd += w * d
-    if uu == 0.0 and ww == 0.0:
-        return -FAR
-    if uu == 0.0:
-        return greater(wd / ww, -wd / ww - 1.0) * root(ww)
-    if ww == 0.0:
-        return greater(-ud / uu, ud / uu - 1.0) * root(uu)
-    square = uu * ww - uw * uw
-    if not square > 0.0:
-        return FAR
-    x, y = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
-    return greater(greater(-x, x - 1.0) * root(uu), greater(-y, y - 1.0) * root(ww))
+    square, part = uu * ww - uw * uw, it.part
+    part[0] = part[1] = 0.0
+    if uu > 0.0 and ww > 0.0:
+        if not square > 0.0:
+            return 0
+        part[0], part[1] = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
+    elif uu > 0.0:
+        part[0] = ud / uu
+    elif ww > 0.0:
+        part[1] = -wd / ww
+    return 1
+
+
+@compiled
+def set_point(it: Followed, one: Integers) -> None:
+    """Set the point of a place, in the middle between its nearest points; the cores are laid."""
+    a, b, n = it.families.one, it.families.other, it.normal
+    gap = gap_of(it, one)  # sets the normal, too
+    shift = b.radius + 0.5 * gap  # from the core of the second body towards the first one
+    if one[1] == FACE:
+        for k in range(3):
+            it.point[k] = b.corners[3 * one[2] + k] - shift * n[k]
+    elif one[3] == FACE:
+        for k in range(3):
+            it.point[k] = a.corners[3 * one[0] + k] - (a.radius + 0.5 * gap) * n[k]
+    else:
+        meet(it, one)
+        part, length = it.part, gap + a.radius + b.radius
+        p, q, r, s = (
+            a.corners[3 * one[0] :],
+            a.corners[3 * end_of(one, 0) :],
+            b.corners[3 * one[2] :],
+            b.corners[3 * end_of(one, 2) :],
+        )
+        for k in range(3):
+            x, y = p[k] + part[0] * (q[k] - p[k]), r[k] + part[1] * (s[k] - r[k])
+            it.point[k] = y + shift * (x - y) / length
 
 
 @compiled

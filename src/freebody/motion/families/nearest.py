@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, lesser, root
-from .faces import ALONG, BESIDE, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
+from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
 from .family_record import Core, Families, Patch
 
 PARALLEL = 1e-12
@@ -209,7 +209,7 @@ def round_points(a: Core, b: Core, patch: Patch) -> None:
         if low > high:
             low, high, k, m = high, low, met[3], met[2]
         if greater(0.0, low) < lesser(1.0, high):
-            slack = BESIDE * patch.extent / root(square)
+            slack = ALONG * patch.extent / root(square)
             for end in range(2):
                 x = greater(0.0, low) if end == 0 else lesser(1.0, high)
                 for n in range(3):
@@ -240,7 +240,7 @@ def at_corner(core: Core, i: int, j: int, x: Reals, at: int, patch: Patch) -> No
         for k in range(3):
             d = x[k] - core.corners[3 * corner + k]
             square += d * d
-        if root(square) <= BESIDE * patch.extent:
+        if root(square) <= ALONG * patch.extent:
             patch.met[at], patch.met[at + 1] = corner, CORNER
 
 
