@@ -14,7 +14,8 @@ ends of both edges. If it is closed, it leaves at twice the distance outside a s
 harm: of two convex solids, what lies within the sides is apart.
 
 Round solids have one normal at each point, so that places of other features at a point of the patch, such as the end of
-an edge, hold it as well, up to a distance of round-off (`SAME`) greater than that at which features change.
+an edge, hold it as well, up to a distance of round-off (`SAME`) greater than that at which features change. Places
+that the patch does not have hold as those of a tie do.
 """
 
 from __future__ import annotations
@@ -131,7 +132,8 @@ def holds(it: Followed, p: int, k: int) -> int:
     gap = gap_of(it, one)
     if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
         return 1
-    return 1 if it.tied[at] != 0 and gap <= it.limit[p] and within(it, at) == 1 else 0
+    stays = it.tied[at] != 0 or it.families.one.radius + it.families.other.radius > 0.0
+    return 1 if stays and gap <= it.limit[p] and within(it, at) == 1 else 0
 
 
 @compiled

@@ -155,9 +155,8 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
         cut(of, a, b, limit, -1.0)
     elif patch.kind == FACE_OF_B:
         cut(of, b, a, limit, 1.0)
-    if (
-        r > 0.0 and patch.apart > 0.0 and patch.kind != EDGES and patch.count == 0
-    ):  # beside the face by more than round-off
+    if r > 0.0 and patch.apart > 0.0 and patch.kind != EDGES and touches_face(patch, r) == 0:
+        patch.count = 0
         across_pair(patch, nearest_edges(of, a, b, patch))
     if patch.kind == EDGES:
         if r > 0.0:
@@ -165,6 +164,15 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
         else:
             between(patch, a, b)
     return patch.apart - r
+
+
+@compiled
+def touches_face(patch: Patch, r: float) -> int:
+    """Return 1 if the nearest point of round solids is one over the face; 0 if it is beside by more than round-off."""
+    best = FAR
+    for k in range(patch.count):
+        best = lesser(best, patch.points[k, 6])
+    return 1 if best <= patch.apart - r + 2.0 * ALONG * patch.extent else 0
 
 
 @compiled
