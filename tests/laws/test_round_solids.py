@@ -13,7 +13,7 @@ R, CORNER = 0.1, ((0, 0, 0.15), (0.2, 0, -0.1), (-0.1, 0.15, -0.1), (-0.1, -0.15
 SOLIDS = {
     "ball": (fb.sphere(1, R), lambda b: b.sphere(R)),
     "pill": (fb.cylinder(1, R, 0.4), lambda b: b.capsule((0, 0, -0.15), (0, 0, 0.15), R)),
-    "box": (fb.box(2, (0.4, 0.3, 0.2)), lambda b: b.box((0.4, 0.3, 0.2))),
+    "box": (fb.box(1, (0.4, 0.3, 0.2)), lambda b: b.box((0.4, 0.3, 0.2))),
     "stone": (fb.sphere(1, R), lambda b: b.hull(*CORNER)),
 }
 
@@ -43,7 +43,9 @@ def ledger(motion):
     return np.abs(motion.energy.residual).max()
 
 
-@pytest.mark.parametrize("names", [("pill", "pill"), ("pill", "box"), ("ball", "stone")])
+@pytest.mark.parametrize(
+    "names", [("pill", "box"), ("ball", "stone"), pytest.param(("pill", "pill"), marks=pytest.mark.slow)]
+)
 def test_solids_that_meet_in_flight_keep_their_momenta(names):
     """Newton's third law: forces of friction and of impacts are opposite, at one point."""
     s, rng = thrown(names, floor=False), np.random.default_rng(5)
@@ -110,16 +112,33 @@ def test_what_slides_off_without_friction_leaves_where_its_weight_no_longer_turn
     assert z / radius == pytest.approx(2 / 3 * np.cos(begin), abs=1e-7)
 
 
+THROWS = [
+    ("stone", "pill", 20),
+    ("pill", "box", 44),
+    ("pill", "box", 53),
+    ("pill", "box", 4),
+    ("ball", "stone", 23),
+]
+
+
 @pytest.mark.parametrize(
-    ("names", "seed"),
-    [(("pill", "box"), 0), *(pytest.param((a, b), seed, marks=pytest.mark.slow) for a, b, seed in [
-        ("pill", "pill", 6), ("ball", "box", 0), ("ball", "stone", 1), ("stone", "pill", 2), ("pill", "box", 4)])],
-)  # fmt: skip
-def test_thrown_round_solids_keep_the_ledger(names, seed):
-    """The first throw rattles between capsule, box and floor: impacts closer than times differ."""
-    s, rng = thrown(names), np.random.default_rng(seed)
-    start = {"ja_z": 0.9, "jb_z": 0.3} | turned("a", seed + 50) | turned("b", seed)
-    start |= {f"ja_w{c}": float(x) for c, x in zip("xyz", 4 * rng.normal(size=3), strict=True)}
+    ("above", "below", "seed"),
+    [("pill", "box", 0), *(pytest.param(*throw, marks=pytest.mark.slow) for throw in THROWS)],
+)
+def test_thrown_round_solids_keep_the_ledger(above, below, seed):
+    """The first one rattles between capsule, box and floor, by impacts that follow each other closer than times differ.
+
+    In others the nearest features change back by round-off: an edge over a corner, a capsule over two edges of a face.
+    """
+    s, rng = thrown((above, below)), np.random.default_rng(seed)
+    low = {"ball": 0.1, "pill": 0.3, "box": 0.27, "stone": 0.27}
+    start = {"jb_z": low[below] + 0.001, "ja_z": 2 * low[below] + low[above] + 0.05}
+    for label in "ba":
+        q = np.roll(Rotation.random(random_state=rng).as_quat(), 1)
+        start |= {f"j{label}_e{k}": float(x) for k, x in enumerate(q)}
+    for c in "xy":
+        start |= {f"ja_{c}": float(rng.uniform(-0.1, 0.1)), f"ja_v{c}": float(rng.normal() / 2)}
+    start |= {f"ja_w{c}": float(4 * rng.normal()) for c in "xyz"}
     motion = fb.simulate(s, 1.5, initial=start)
     assert motion.status == "finished" and ledger(motion) < 1e-8
     assert min(one.gap.min() for name, one in motion.contacts.items() if "_" not in name) > -1e-9
