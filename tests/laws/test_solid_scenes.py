@@ -237,18 +237,6 @@ def test_dominoes_fall_in_turn_by_events():
     assert (np.diff(first) > 0).all() and ledger(motion) < 1e-7
 
 
-@pytest.mark.parametrize(
-    "shape", [lambda b: b.capsule((0, 0, 0), (0.1, 0, 0), 0.05), lambda b: b.sphere(0.05)]
-)
-def test_round_shapes_on_boxes_do_not_move_by_events(shape):
-    solids = [brick("a", {"z": 0.05}), ("b", fb.box(1, BRICK), shape, {"z": 0.3})]
-    s, start = scene("events", solids)
-    with pytest.raises(
-        fb.errors.SimulationError, match=r"Expected boxes and hulls in 'pile\[a,b\]'.*timestepping"
-    ):
-        fb.simulate(s, 0.1, initial=start)
-
-
 def test_a_ball_falls_on_a_capsule_on_a_floor_by_events():
     """The limit of time steps; it rolls off to the side, and the capsule the other way."""
     pill = ("pill", fb.cylinder(1, 0.1, 0.4), lambda b: b.capsule((-0.2, 0, 0), (0.2, 0, 0), 0.1), {"z": 0.1})

@@ -15,7 +15,7 @@ from typing import Any
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
-from ..errors import SimulationError, nearest
+from ..errors import nearest
 from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
@@ -256,13 +256,7 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts; None if they are more than ``most``.
-
-    Raises
-    ------
-    SimulationError
-        Two members touch in a patch, and one of them is round.
-    """
+    """Return the model with the pairs of its families as contacts; None if they are more than ``most``."""
     contacts, parameters, patches = list(model.contacts), list(model.parameters), list[Patched]()
     for f, family in enumerate(model.families):
         for i in range(len(family.members)):
@@ -279,7 +273,6 @@ def unrolled(model: Model, most: int) -> Model | None:
                 elif all(have_law(x, y) for x in a.parts(b) for y in b.parts(a)):
                     contacts += parts_of(whole)
                 else:
-                    _check_sharp(whole)
                     kinds, start = places_of(a, b), len(contacts)
                     places = contacts_of(whole, kinds)
                     contacts += [contact for contact, _ in places]
@@ -296,13 +289,3 @@ def unrolled(model: Model, most: int) -> Model | None:
         parameters=tuple(parameters),
         patches=tuple(patches),
     )
-
-
-def _check_sharp(whole: Contact) -> None:
-    """Refuse two members that touch in a patch if one of them is round."""
-    for shape in (whole.feature, whole.surface):
-        if not getattr(shape, "faces", ()):
-            raise SimulationError(
-                f"Expected boxes and hulls in '{whole.name}' for a motion by events, got a {shape.kind}: solids and "
-                'round shapes touch each other in time steps only. Take method="timestepping" with step=.'
-            )

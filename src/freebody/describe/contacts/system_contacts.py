@@ -106,7 +106,7 @@ def contact(
     if not all(have_law(a, b) for a in first.parts(second) for b in second.parts(first)):
         raise ModelError(
             f"The {first.kind} and the {second.kind} of {what} touch in patches, which families of contacts find: "
-            f"s.contacts('{name}', [feature], against=surface), moved by method='timestepping'."
+            f"s.contacts('{name}', [feature], against=surface)."
         )
     across = None
     if is_pair(friction):

@@ -42,7 +42,8 @@ class ContactTable(Table):
         The pairs are those of :meth:`System.contact`, with the same laws. Left out are pairs of shapes of one body and
         pairs of two bodies that a joint joins directly; the ground does not count as a body here, so that a wheel on a
         slider may touch the floor. Pairs are found while the machine moves, at no cost for those that are apart: a
-        thousand spheres are as easy to describe as two. Such a machine moves by ``method="timestepping"``.
+        thousand spheres are as easy to describe as two. Such a machine moves by ``method="timestepping"``, and
+        by events if it is small.
 
         A member of the family has the name ``pile[b1,b2]``, with the names of the two bodies, and ``b1.3`` for the
         third place of a body that has several.

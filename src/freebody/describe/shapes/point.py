@@ -35,6 +35,11 @@ class Spot(Point, ContactShape, kind="point"):
         return True
 
     @property
+    def corners(self) -> tuple[Vector, ...]:
+        """The place itself."""
+        return (self.components,)
+
+    @property
     def depth(self) -> Vector:
         """The point."""
         return self.components

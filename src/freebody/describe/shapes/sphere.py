@@ -44,6 +44,11 @@ class Ball(ContactShape, kind="sphere"):
         """The centre."""
         return self.at
 
+    @property
+    def corners(self) -> tuple[Vector, ...]:
+        """The centre, the core of a round solid."""
+        return (self.at,)
+
     @classmethod
     def law_with(cls, feature: type[ContactShape]) -> Law | None:
         """Return the law of round shapes."""

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.shapes.feature import Corner, Edge, Face, Feature
 from ...dynamics.state import float_state
 from ...errors import SimulationError
-from ...model.patched import CORNER_ON_FACE, EDGE_ON_EDGE, FACE_ON_CORNER
+from ...model.patched import EDGE_ON_EDGE, KINDS
 from ..families import feature_changes
-from ..families.faces import FACE
+from ..families.faces import CORNER, FACE
 from ..families.family_record import POSE
 from ..families.feature_changes import Followed
 from ..families.memory import fill_members, link_poses
@@ -109,7 +110,7 @@ class Patches:
             return False
         limit = 2 * float(it.limit[p])
         gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
-        patch = it.families.patch
+        patch, round_pair = it.families.patch, it.families.one.radius + it.families.other.radius > 0
         found: list[tuple[int, ...]] = []
         if gap <= near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
@@ -119,7 +120,8 @@ class Patches:
                 raise self._open_normal(pair, t)
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
-        start, tie = self.most * p, t == self.last[p]  # round-off has changed the features back
+        start = self.most * p
+        tie = t == self.last[p] and not round_pair  # round-off has changed the features back
         within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
         kept = {
             place: one
@@ -149,31 +151,33 @@ class Patches:
 
     def _numbers(self, p: int, place: int, one: tuple[int, ...]) -> dict[str, float]:
         """Return the parameters of a place for its features."""
-        pair, kind = self.pairs[p], self.pairs[p].kinds[place]
-        (A, B), shapes = self.cores[p], (pair.whole.feature, pair.whole.surface)
-        a, b = one[:2], one[2:]
+        pair, kind, side = self.pairs[p], self.pairs[p].kinds[place], 1.0
+        shapes, features = (pair.whole.feature, pair.whole.surface), (one[:2], one[2:])
+        ways = [
+            _way(shape, core, feature)
+            for shape, core, feature in zip(shapes, self.cores[p], features, strict=True)
+        ]
         if kind == EDGE_ON_EDGE:
-            poses = [self.it.families.links.poses[POSE * k :][:9].reshape(3, 3) for k in self._links(p)]
-            sides = [core[feature[1]] - core[feature[0]] for core, feature in ((A, a), (B, b))]
-            sides = [side / np.linalg.norm(side) for side in sides]
-            m = np.cross(*(pose @ side for pose, side in zip(poses, sides, strict=True)))
+            poses = [self.it.families.links.poses[POSE * k :] for k in self._links(p)]
+            m = np.cross(*(pose[:9].reshape(3, 3) @ way for pose, way in zip(poses, ways, strict=True)))
             middles = [self.it.families.one.middle, self.it.families.other.middle]
             side = 1.0 if m @ (middles[0] - middles[1]) > 0 else -1.0
-            numbers = [*A[a[0]], 1.0, *sides[0], side, *B[b[0]], 1.0, *sides[1], side]
-        elif kind == CORNER_ON_FACE:
-            numbers = [*A[a[0]], 1.0, *_face(shapes[1], B, b[0])]
-        else:
-            numbers = [*_face(shapes[0], A, a[0]), *B[b[0]], 1.0]
+        numbers: list[float] = []
+        for shape, core, feature, way in zip(shapes, self.cores[p], features, ways, strict=True):
+            first = shape.faces[feature[0]][0] if feature[1] == FACE else feature[0]
+            numbers += [*core[first], 1.0, *way, *([side] if feature[1] >= 0 else [])]
         return dict(zip(pair.names[place], map(float, numbers), strict=True))
 
     def _several_normals(self, p: int) -> bool:
         """Return True if faces of different directions separate two solids that meet equally well."""
         of, pair = self.it.families, self.pairs[p]
+        if of.one.radius + of.other.radius > 0:
+            return False
         cores = [np.array(core.corners[: 3 * core.count]).reshape(-1, 3) for core in (of.one, of.other)]
         best: list[tuple[float, Array]] = []
         for k, shape in enumerate((pair.whole.feature, pair.whole.surface)):
             own, other = cores[k], cores[1 - k]
-            for face in shape.faces:
+            for face in getattr(shape, "faces", ()):
                 n = np.cross(own[face[1]] - own[face[0]], own[face[2]] - own[face[0]])
                 n /= np.linalg.norm(n)
                 best.append((float((other @ n).min() - own[face[0]] @ n), n if k == 0 else -n))
@@ -197,16 +201,25 @@ class Patches:
 
 def kind_of(one: tuple[int, ...]) -> int:
     """Return the kind of a place with these features."""
-    if one[1] == FACE:
-        return FACE_ON_CORNER
-    return CORNER_ON_FACE if one[3] == FACE else EDGE_ON_EDGE
+    return KINDS.index((_kind(one[1]), _kind(one[3])))
 
 
-def _face(shape: Any, corners: Array, k: int) -> list[float]:
-    """Return a point of a face of a solid, 1 for used, and its normal."""
-    p, q, r = (corners[i] for i in shape.faces[k][:3])
-    n = np.cross(q - p, r - p)
-    return [*p, 1.0, *(n / np.linalg.norm(n))]
+def _kind(mark: int) -> type[Feature]:
+    """Return the kind of a feature by its second number."""
+    return {CORNER: Corner, FACE: Face}.get(mark, Edge)
+
+
+def _way(shape: Any, corners: Array, feature: tuple[int, ...]) -> Array:
+    """Return the normal of a face of a solid or the direction of an edge; nothing of a corner."""
+    k, mark = feature
+    if mark == CORNER:
+        return np.zeros(0)
+    if mark == FACE:
+        p, q, r = (corners[i] for i in shape.faces[k][:3])
+        way = np.cross(q - p, r - p)
+    else:
+        way = corners[mark] - corners[k]
+    return way / np.linalg.norm(way)
 
 
 class Watching:

@@ -362,12 +362,18 @@ def left_at_rest(it: EventRun, k: int) -> int:
 
 @compiled
 def take_approach(it: EventRun, contacts: Contacts) -> None:
-    """Take away the approach that corrections left to contacts that have collided at this moment."""
-    found = 0
-    for k in range(it.contacts):
-        it.taking[k] = 1 if it.closed[k] != 0 and normal_speed(it, k) < -it.still else 0
-        found += it.taking[k]
-    if found > 0:
+    """Take away the approach of contacts that have collided at this moment: what corrections left, or the rest of a
+    series of impacts that goes on between several of them closer than times differ.
+
+    That may press others that have just left; each pass brings one more to rest.
+    """
+    for _ in range(it.contacts):
+        found = 0
+        for k in range(it.contacts):
+            it.taking[k] = 1 if it.closed[k] != 0 and normal_speed(it, k) < -it.still else 0
+            found += it.taking[k]
+        if found == 0:
+            return
         take_away(it, contacts)
 
 

@@ -88,7 +88,7 @@ def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> Non
             for k in range(3):
                 patch.trial[k] = x_v[k] - (other.radius + 0.5 * gap) * n[k]
             add_point(patch, patch.trial, gap, sign)
-    if patch.count == 0:
+    if patch.count == 0 and (r == 0.0 or patch.apart <= 0.0):
         deepest(of, core, other, height, limit, sign)
 
 
@@ -122,6 +122,10 @@ def meet_features(of: Families, core: Core, other: Core, before: int, v: int, si
     if patch.tags[2 * v] >= 0:  # a corner of the other core
         met[own], met[own + 1] = patch.face, FACE
         met[2 - own], met[3 - own] = patch.tags[2 * v], CORNER
+    elif patch.towards < 0:
+        k = -2 - patch.tags[2 * v]
+        meet_edge(met, own, face[k], face[(k + 1) % sides])
+        meet_edge(met, 2 - own, 0, 1)
     elif into < 0 and out < 0:  # a corner of the face
         best, chosen, x_v = FAR, 0, patch.polygon[3 * v :]
         for k in range(sides):
@@ -138,12 +142,9 @@ def meet_features(of: Families, core: Core, other: Core, before: int, v: int, si
             side, edge = out, into
         k = -1 - side
         meet_edge(met, own, face[k], face[(k + 1) % sides])
-        if patch.towards >= 0:
-            first = polygon[HEAD + patch.towards]
-            corners = polygon[HEAD + patch.towards + 1] - first
-            meet_edge(met, 2 - own, polygon[first + edge], polygon[first + (edge + 1) % corners])
-        else:
-            meet_edge(met, 2 - own, 0, 1)
+        first = polygon[HEAD + patch.towards]
+        corners = polygon[HEAD + patch.towards + 1] - first
+        meet_edge(met, 2 - own, polygon[first + edge], polygon[first + (edge + 1) % corners])
 
 
 @compiled
@@ -174,10 +175,12 @@ def towards(of: Families, core: Core, patch: Patch) -> int:
 def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
     """Cut the polygon at the plane through p at right angles to m, which points out of it; return what is left.
 
-    A corner has two tags: its number in the other core or -1, and the edge from it to the next corner: its number among
-    those of the uncut polygon, or -1 - k for side k of the face.
+    A corner has two tags: its number in the other core (-1 of a crossing, -2 - k of side k with an edge alone), and the
+    edge from it to the next corner: its number among those of the uncut polygon, or -1 - k for side k of the face.
     """
-    slack = BESIDE * patch.extent * root(along(m, m))
+    slack = (
+        (ALONG if count == 1 else BESIDE) * patch.extent * root(along(m, m))
+    )  # a ball: its normal turns there
     height, kept, tags, rest = along(m, p), 0, patch.tags, patch.rest_tags
     for k in range(count):
         last = (k + count - 1) % count
@@ -188,7 +191,7 @@ def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
             part = there / (there - here)
             for j in range(3):
                 patch.rest[3 * kept + j] = before[j] + part * (x[j] - before[j])
-            rest[2 * kept] = CORNER
+            rest[2 * kept] = CORNER if patch.towards >= 0 else -2 - side
             rest[2 * kept + 1] = -1 - side if here > slack else tags[2 * last + 1]
             kept += 1
         if here <= slack:

@@ -12,6 +12,10 @@ that is kept there holds while it is near and within its sides: the foot of a co
 ends of both edges. If it is closed, it leaves at twice the distance outside a side at which places come
 (`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
 harm: of two convex solids, what lies within the sides is apart.
+
+Round solids have one normal at each point, so that places of other features at a point of the patch, such as the end of
+an edge, hold it as well, up to a distance of round-off (`SAME`) greater than that at which features change. Places
+that the patch does not have hold as those of a tie do.
 """
 
 from __future__ import annotations
@@ -29,9 +33,10 @@ from ...native.instructions import (
     root,
 )
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
-from .faces import BESIDE, FACE, FAR, HEAD, NOWHERE, along, face_normal
+from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
-from .patches import measure, outside
+from .nearest import outside
+from .patches import measure
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
@@ -42,6 +47,8 @@ ROUNDED = 1e-7
 BAND, AWAY = 2.0 * BESIDE, 4.0
 """Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
 at which any place leaves."""
+SAME = 4.0 * ALONG
+"""Distance of two points, relative to the size, up to which they are one."""
 
 
 @record
@@ -53,7 +60,7 @@ class Followed(Record):
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
     ``tied``                 1 for a place that is kept at a tie
     ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
-    ``result``               approach and kept;  ``normal``: a vector
+    ``result``               approach and kept;  ``normal``, ``point``, ``part``: of a place, and where on its edges
     ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
     ``values``, ``values_c`` kernel of the functions of the user, ``asked`` of them, and its constants
     """
@@ -71,6 +78,8 @@ class Followed(Record):
     mode: Wholes
     result: Annotated[Row, 2]
     normal: Annotated[Row, 3]
+    point: Annotated[Row, 3]
+    part: Annotated[Row, 2]
     poses: Kernel
     poses_c: Row
     asked: Count
@@ -103,7 +112,8 @@ def kept(it: Followed, p: int) -> int:
     measure(of, it.first[p], it.second[p], FAR)
     for k in range(patch.count):
         one = patch.features[4 * k :]
-        if patch.points[k, 6] <= it.limit[p] and counts(it, k) != 0 and among(one, features, it.used[p]) == 0:
+        has_place = patch.points[k, 6] <= it.limit[p] and counts(it, k) != 0
+        if has_place and among(one, features, it.used[p]) == 0 and met_by_others(it, p, k) == 0:
             return 0
     for k in range(it.used[p]):
         if holds(it, p, k) == 0:
@@ -120,7 +130,7 @@ def counts(it: Followed, k: int) -> int:
     one = it.families.patch.features[4 * k :]
     if one[1] == NOWHERE:
         return 0
-    if one[1] == FACE or one[3] == FACE:
+    if one[1] < 0 or one[3] < 0:  # a face or a corner
         return 1
     a, b, n = it.families.one, it.families.other, it.normal
     p, q, r, s = (
@@ -142,10 +152,36 @@ def holds(it: Followed, p: int, k: int) -> int:
     one = it.features[4 * at :]
     if among(one, patch.features, patch.count) == 1:
         return 1
+    for point in range(patch.count):
+        if is_point(it, one, point) == 1:
+            return 1
     gap = gap_of(it, one)
     if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
         return 1
-    return 1 if it.tied[at] != 0 and gap <= it.limit[p] and within(it, at) == 1 else 0
+    stays = it.tied[at] != 0 or it.families.one.radius + it.families.other.radius > 0.0
+    return 1 if stays and gap <= it.limit[p] and within(it, at) == 1 else 0
+
+
+@compiled
+def met_by_others(it: Followed, p: int, k: int) -> int:
+    """Return 1 if a place with other features is at a point of the patch that has been measured, else 0."""
+    for j in range(it.used[p]):
+        if is_point(it, it.features[4 * (it.most * p + j) :], k) == 1:
+            return 1
+    return 0
+
+
+@compiled
+def is_point(it: Followed, one: Integers, k: int) -> int:
+    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0."""
+    of = it.families
+    if not of.one.radius + of.other.radius > 0.0:
+        return 0
+    set_point(it, one)
+    square = 0.0
+    for j in range(3):
+        square += (of.patch.points[k, j] - it.point[j]) * (of.patch.points[k, j] - it.point[j])
+    return 1 if root(square) <= SAME * of.patch.extent else 0
 
 
 @compiled
@@ -179,11 +215,32 @@ def beside(it: Followed, one: Integers) -> float:
         return outside_of(it, a, one[0], b, one[2])
     if one[3] == FACE:
         return outside_of(it, b, one[2], a, one[0])
+    if meet(it, one) == 0:
+        return FAR
+    return greater(beyond(a, one, 0, it.part[0]), beyond(b, one, 2, it.part[1]))
+
+
+@compiled
+def beyond(core: Core, one: Integers, at: int, part: float) -> float:
+    """Return how far a point at a part of an edge lies outside it; a corner has no outside."""
+    p, q, square = core.corners[3 * one[at] :], core.corners[3 * end_of(one, at) :], 0.0
+    for k in range(3):
+        square += (q[k] - p[k]) * (q[k] - p[k])
+    return greater(-part, part - 1.0) * root(square) if square > 0.0 else -FAR
+
+
+@compiled
+def meet(it: Followed, one: Integers) -> int:
+    """Set the parts along two edges, whose cores are laid, at which they are nearest; of a corner it is 0.
+
+    Return 0 if they are parallel, else 1.
+    """
+    a, b = it.families.one, it.families.other
     p, q, r, s = (
         a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
+        a.corners[3 * end_of(one, 0) :],
         b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
+        b.corners[3 * end_of(one, 2) :],
     )
     uu, uw, ww, ud, wd = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
@@ -193,11 +250,49 @@ def beside(it: Followed, one: Integers) -> float:
         ww += w * w
         ud += u * d
         wd += w * d
-    square = uu * ww - uw * uw
-    if not square > 0.0:
-        return FAR
-    x, y = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
-    return greater(greater(-x, x - 1.0) * root(uu), greater(-y, y - 1.0) * root(ww))
+    square, part = uu * ww - uw * uw, it.part
+    part[0] = part[1] = 0.0
+    if uu > 0.0 and ww > 0.0:
+        if not square > 0.0:
+            return 0
+        part[0], part[1] = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
+    elif uu > 0.0:
+        part[0] = ud / uu
+    elif ww > 0.0:
+        part[1] = -wd / ww
+    return 1
+
+
+@compiled
+def set_point(it: Followed, one: Integers) -> None:
+    """Set the point of a place, in the middle between its nearest points; the cores are laid."""
+    a, b, n = it.families.one, it.families.other, it.normal
+    gap = gap_of(it, one)  # sets the normal, too
+    shift = b.radius + 0.5 * gap  # from the core of the second body towards the first one
+    if one[1] == FACE:
+        for k in range(3):
+            it.point[k] = b.corners[3 * one[2] + k] - shift * n[k]
+    elif one[3] == FACE:
+        for k in range(3):
+            it.point[k] = a.corners[3 * one[0] + k] - (a.radius + 0.5 * gap) * n[k]
+    else:
+        meet(it, one)
+        part, length = it.part, gap + a.radius + b.radius
+        p, q, r, s = (
+            a.corners[3 * one[0] :],
+            a.corners[3 * end_of(one, 0) :],
+            b.corners[3 * one[2] :],
+            b.corners[3 * end_of(one, 2) :],
+        )
+        for k in range(3):
+            x, y = p[k] + part[0] * (q[k] - p[k]), r[k] + part[1] * (s[k] - r[k])
+            it.point[k] = y + shift * (x - y) / length
+
+
+@compiled
+def end_of(one: Integers, at: int) -> int:
+    """Return the other corner of an edge; of a corner itself."""
+    return one[at] if one[at + 1] == CORNER else one[at + 1]
 
 
 @compiled
@@ -214,21 +309,33 @@ def gap_of(it: Followed, one: Integers) -> float:
     """Return the gap of a place, whose cores are laid."""
     of = it.families
     a, b = of.one, of.other
+    both = a.radius + b.radius
     if one[1] == FACE:
-        return over(it, a, one[0], b, one[2])
+        return over(it, a, one[0], b, one[2]) - both
     if one[3] == FACE:
-        return over(it, b, one[2], a, one[0])
+        return over(it, b, one[2], a, one[0]) - both
     p, q, r, s, n = (
         a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
+        a.corners[3 * end_of(one, 0) :],
         b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
+        b.corners[3 * end_of(one, 2) :],
         it.normal,
     )
     x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
+    if one[1] == CORNER or one[3] == CORNER:
+        x, y, z = x + u, y + v, z + w  # of the edge, if there is one
+        square, part = x * x + y * y + z * z, 0.0
+        for k in range(3):
+            n[k] = p[k] - r[k]
+        if square > 0.0:
+            part = (n[0] * x + n[1] * y + n[2] * z) / square
+        n[0], n[1], n[2] = n[0] - part * x, n[1] - part * y, n[2] - part * z
+        return root(along(n, n)) - both
     n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
     gap = (along(n, p) - along(n, r)) / root(along(n, n))
-    return gap if along(n, a.middle) > along(n, b.middle) else -gap
+    if along(n, a.middle) < along(n, b.middle):
+        gap = -gap
+    return gap - both
 
 
 @compiled

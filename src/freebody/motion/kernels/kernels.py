@@ -244,7 +244,7 @@ class Kernels:
         Raises
         ------
         SimulationError
-            More than `UNROLLED` contacts, or round solids that touch in patches.
+            More than `UNROLLED` contacts.
         """
         if "unrolled" not in self.cache:
             model = unrolled(self.model, UNROLLED)

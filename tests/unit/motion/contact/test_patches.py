@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import freebody as fb
+from freebody.model.patched import CORNER_ON_EDGE, EDGE_ON_CORNER
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.kernels.kernels import kernels_of
 
@@ -12,6 +13,9 @@ SHAPES = {
     "box": lambda b: b.box((1, 0.6, 0.4)),
     "cube": lambda b: b.box((0.8, 0.8, 0.8), at=(0.1, 0, 0)),
     "wedge": lambda b: b.hull((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 0.7)),
+    "ball": lambda b: b.sphere(0.3, at=(0, 0.2, 0)),
+    "pill": lambda b: b.capsule((0, 0, -0.4), (0, 0.1, 0.4), 0.2),
+    "pin": lambda b: b.capsule((0, 0, -0.4), (0, 0, 0.4), 0.2),
 }
 
 
@@ -42,9 +46,26 @@ def touching(run, rng):
     return y, way
 
 
-@pytest.mark.parametrize(("first", "second"), [("box", "cube"), ("box", "wedge")])
-def test_a_place_has_the_gap_and_the_rate_of_the_patch(first, second):
-    run, rng, kinds = run_of(first, second), np.random.default_rng(1), set()
+def moving(y, u, h):
+    """Return the state of two free bodies after a time h from y with speeds u, each in its own axes."""
+    result = y.copy()
+    for at, way in ((0, 0), (7, 6)):
+        w, v = u[way : way + 3], u[way + 3 : way + 6]
+        turn = Rotation.from_quat(np.roll(y[at + 3 : at + 7], -1))
+        result[at : at + 3] += h * turn.apply(v)
+        result[at + 3 : at + 7] = np.roll((turn * Rotation.from_rotvec(h * w)).as_quat(), 1)
+    return result
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "kinds"),
+    [
+        ("box", "cube", 2), ("box", "wedge", 2), ("ball", "box", 3), ("wedge", "ball", 3), ("pill", "box", 4),
+        ("wedge", "pill", 4), ("pill", "pill", 4),
+    ],
+)  # fmt: skip
+def test_a_place_has_the_gap_and_the_rate_of_the_patch(first, second, kinds):
+    run, rng, seen_kinds = run_of(first, second), np.random.default_rng(1), set()
     for _ in range(60):
         y, way = touching(run, rng)
         y[14:] = rng.normal(size=12)
@@ -56,23 +77,49 @@ def test_a_place_has_the_gap_and_the_rate_of_the_patch(first, second):
         used = seen.reach > 0
         assert sorted(np.flatnonzero(used)) == sorted(places)
         deepest = min(places, key=lambda k: seen.gap[k])
-        kinds.add(run.patches.pairs[0].kinds[deepest])
+        seen_kinds.add(run.patches.pairs[0].kinds[deepest])
         assert seen.gap[deepest] == pytest.approx(found[:, 6].min(), abs=1e-9)
-        # apart along the way by d, the gap grows by n·d; and the row of the place is its derivative
-        step, first_row = 1e-7, run.scene.first[deepest]
-        moved = y.copy()
-        moved[7:10] += step * way
-        speeds = np.zeros(12)
-        # the speed of a free body is in its own axes
-        speeds[9:] = Rotation.from_quat(np.roll(y[10:14], -1)).inv().apply(way)
-        rate = seen.matrix[first_row] @ speeds
-        assert (run.look(0.0, moved, values).gap[deepest] - seen.gap[deepest]) / step == pytest.approx(
-            rate, abs=1e-6
-        )
+        # the row of the place is the derivative of its gap along any motion
+        for u in (rng.normal(size=12), rng.normal(size=12)):
+            gaps = [run.look(0.0, moving(y, u, h), values).gap[deepest] for h in (-1e-5, 1e-5)]
+            rate = seen.matrix[run.scene.first[deepest]] @ u
+            assert (gaps[1] - gaps[0]) / 2e-5 == pytest.approx(rate, abs=1e-7)
         run.patches.places[0].clear()
         for names in run.patches.pairs[0].names:
             run.patches.values.update({name: 0.0 for name in names if name.endswith("used")})
-    assert len(kinds) >= 2  # corners on faces, and edges on edges
+    assert len(seen_kinds) >= kinds
+
+
+@pytest.mark.parametrize(("first", "second"), [("ball", "box"), ("pill", "box"), ("pill", "pill")])
+def test_the_order_of_two_solids_does_not_matter(first, second):
+    run, turned, rng = run_of(first, second), run_of(second, first), np.random.default_rng(2)
+    for _ in range(20):
+        y, _ = touching(run, rng)
+        other = np.r_[y[7:14], y[:7], np.zeros(12)]
+        gaps, rows = [], []
+        for one, state in ((run, y), (turned, other)):
+            one.patches.changed(0.0, state)
+            seen = one.look(0.0, state, one.kernels.parameters(one.patches.values))
+            deepest = min(one.patches.places[0], key=lambda k: seen.gap[k])
+            gaps.append(seen.gap[deepest])
+            rows.append(seen.matrix[one.scene.first[deepest]])
+        assert gaps[0] == pytest.approx(gaps[1], abs=1e-12)
+        np.testing.assert_allclose(rows[0], np.r_[rows[1][6:], rows[1][:6]], atol=1e-9)
+
+
+def test_parallel_capsules_touch_at_the_ends_of_what_they_have_in_common():
+    run = run_of("pin", "pin")
+    y = np.zeros(26)
+    y[3] = y[10] = 1
+    y[7:10] = 0, 0.4, 0.3  # beside each other, 0.5 of their lengths
+    assert run.patches.changed(0.0, y)
+    (places,) = run.patches.places
+    assert {run.patches.pairs[0].kinds[place] for place in places} == {CORNER_ON_EDGE, EDGE_ON_CORNER}
+    seen = run.look(0.0, y, run.kernels.parameters(run.patches.values))
+    np.testing.assert_allclose(seen.gap[list(places)], 0, atol=1e-15)
+    y[7] = 1e-3
+    run.patches.look(0.0, y)
+    assert run.patches.functions["follow"](run.patches.it) == -1  # both stay
 
 
 def test_the_features_are_kept_until_the_patch_has_other_ones():
