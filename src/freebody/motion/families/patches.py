@@ -16,7 +16,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, lesser, root
-from .faces import ALONG, CORNER, FACE, FAR, HEAD, add_point, along, cut, face_normal, meet_edge
+from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, along, cut, face_normal, meet_edge
 from .family_record import POSE, Core, Families, Patch
 
 PARALLEL = 1e-12
@@ -253,6 +253,8 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
+    if patch.kind == EDGES and flat >= patch.apart - limit and almost_flat(of, wall, limit) == 1:
+        return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
         nearest(of, a, b, flat, wall, patch)
     elif patch.kind == EDGES:
@@ -272,6 +274,28 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
             patch.trial[k] = 0.5 * (got[k] + got[3 + k]) + shift
         add_point(patch, patch.trial, patch.apart - r, -1.0)
     return patch.apart - r
+
+
+@compiled
+def almost_flat(of: Families, wall: int, limit: float) -> int:
+    """Take the face for two edges that separate the cores a little better, if it has a point as deep as theirs.
+
+    Return 1 if so, else 0. The gap of the edges is 0 together with that of their crossing over the face; the points
+    beside it are met as soon as a body turns about the crossing.
+    """
+    a, b, patch = of.one, of.other, of.patch
+    gap, best = patch.apart - a.radius - b.radius, FAR
+    x, y, z = patch.normal[0], patch.normal[1], patch.normal[2]
+    if wall == FACE_OF_A:
+        cut(of, a, b, limit, -1.0)
+    elif wall == FACE_OF_B:
+        cut(of, b, a, limit, 1.0)
+    for k in range(patch.count):
+        best = lesser(best, patch.points[k][6])
+    if best <= (0.5 * gap if gap < 0.0 else gap + limit) and patch.met[0] != NOWHERE:
+        return 1
+    patch.count, patch.normal[0], patch.normal[1], patch.normal[2] = 0, x, y, z
+    return 0
 
 
 @compiled

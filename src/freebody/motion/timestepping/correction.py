@@ -97,9 +97,16 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     for i in range(machine.n):
         shift[i] += problem.v[i]
     put_speeds(machine, run.z, shift)
+    shifted(run, t)
+    return NONE
+
+
+@compiled
+def shifted(run: Run, t: float) -> None:
+    """Move the coordinates of z by its speeds, and give it those of the step."""
+    machine = run.machine
     machine.moving(t + run.h, run.z, machine.c, run.rate)
     for i in range(machine.n_q):
         run.z[i] += run.rate[i]
     put_speeds(machine, run.z, run.u_new)
     normalize(machine, run.z)
-    return NONE
