@@ -60,8 +60,11 @@ class Islands(Record):
 
 
 @compiled
-def settle(problem: ContactProblem, islands: Islands, goal: float) -> float:
-    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x."""
+def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
+    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x.
+
+    ``turn`` counts the calls for one problem.
+    """
     blocks = problem.blocks
     connect(problem, islands)
     for a in range(problem.count):
@@ -70,7 +73,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float) -> float:
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
-        if unsolved and lay_out(problem, islands, b) == 1 and at_once(problem, islands, goal) == 0:
+        if unsolved and lay_out(problem, islands, b) == 1 and at_once(problem, islands, goal, turn) == 0:
             improve(problem, islands, b, goal)
     add_all(problem)
     problem.residual = residual(problem)
@@ -190,10 +193,10 @@ def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
 
 
 @compiled
-def at_once(problem: ContactProblem, islands: Islands, goal: float) -> int:
+def at_once(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> int:
     """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
-    Newton's method begins with the impulses of the sweeps, then with none.
+    Newton's method begins with the impulses of the sweeps; in the first turn it also begins with none.
     """
     part, dense = islands.part, islands.dense
     if part.count > dense.most:
@@ -206,7 +209,7 @@ def at_once(problem: ContactProblem, islands: Islands, goal: float) -> int:
         left = take_in(part, dense, goal)
     else:
         left = descend(part, dense, goal, WARM)
-        if left > goal:
+        if left > goal and turn == 0:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
             left = descend(part, dense, goal, COLD)
