@@ -253,7 +253,7 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
-    if patch.kind == EDGES and flat >= patch.apart - limit and almost_flat(of, wall, limit) == 1:
+    if patch.kind == EDGES and flat > patch.apart - patch.even and almost_flat(of, wall, limit) == 1:
         return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
         nearest(of, a, b, flat, wall, patch)
@@ -278,10 +278,10 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
 
 @compiled
 def almost_flat(of: Families, wall: int, limit: float) -> int:
-    """Take the face for two edges that separate the cores a little better, if it has a point as deep as theirs.
+    """Take the face for two edges that separate the cores a little better, if it has a point about as deep as theirs.
 
-    Return 1 if so, else 0. The gap of the edges is 0 together with that of their crossing over the face; the points
-    beside it are met as soon as a body turns about the crossing.
+    Return 1 if so, else 0. The gap of the edges is 0 together with that of their crossing over the face. A correction
+    that lifted the crossing alone would press the points beside it into each other.
     """
     a, b, patch = of.one, of.other, of.patch
     gap, best = patch.apart - a.radius - b.radius, FAR
@@ -292,7 +292,7 @@ def almost_flat(of: Families, wall: int, limit: float) -> int:
         cut(of, b, a, limit, 1.0)
     for k in range(patch.count):
         best = lesser(best, patch.points[k][6])
-    if best <= (0.5 * gap if gap < 0.0 else gap + limit) and patch.met[0] != NOWHERE:
+    if best <= (0.5 * gap if gap < 0.0 else gap + patch.even) and patch.met[0] != NOWHERE:
         return 1
     patch.count, patch.normal[0], patch.normal[1], patch.normal[2] = 0, x, y, z
     return 0
