@@ -12,15 +12,15 @@ method begins with v = 0 and takes in the most violated condition, again and aga
 taken so far stay positive, and one that would become negative is let go. It ends after finitely many steps, also where
 rows depend on each other.
 
-Sources: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks); D. Goldfarb,
-A. Idnani, Mathematical Programming 27 (1983) 1-33.
+Sources: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks);
+D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
 """
 
 from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, root
+from ...native.instructions import Reals, compiled, root
 from .cone import add_all, bound, residual, violation_slopes
 from .contact_problem import DEPENDENT, NORMAL, ContactProblem, Dense
 

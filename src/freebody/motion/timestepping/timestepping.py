@@ -18,7 +18,6 @@ from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
-from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..ending import End
 from ..families.family_record import ENTRY
@@ -36,18 +35,15 @@ from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .correction import DEEP
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import MOST_SWEEPS, failure
+from .failure import MOST_SWEEPS, accepted, failure
 from .memory import memory_of
 from .stepped_kernels import stepping
 from .stepping_record import CONTACTS, FULL, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
-MOST_ACCEPTED = 1e-8
-"""Limit on the residual of a step that is taken: the root of the round-off, at which a double zero ends."""
 SWEEPS = 100
 """Sweeps of one problem before Newton's method takes over (`islands`); ten times as many if that fails."""
 PAIRS = 64
@@ -317,24 +313,15 @@ class _Run:
                 self.memory.contacts.kept[:] = run.contacts.kept
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
-            accepted = self._accepted()
-            close = run.problem.residual <= accepted
-            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < accepted)):
-                bound = accepted if close else RESIDUAL
+            enough = accepted(run)
+            close = run.problem.residual <= enough
+            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < enough)):
+                bound = enough if close else RESIDUAL
                 sweeps *= 10
                 continue
             self._keep([part[:got] for part in found])
             raise SimulationError(failure(run, self.model, self.values, t + got * self.h, y))
         return found
-
-    def _accepted(self) -> float:
-        """Return the residual with which a problem of velocities is taken whose search ends before.
-
-        Contacts close by residual times reference times h in the step: no more than the correction leaves.
-        """
-        reference = self.memory.problem.reference
-        derived = DEEP / (reference * self.h) if reference > 0.0 else ACCEPTED
-        return float(max(ACCEPTED, min(derived, MOST_ACCEPTED)))
 
     def _marched(self, y: Array, results: Sequence[Any], t: float, most_sweeps: int, tolerance: float) -> int:
         """Run the loop until the arrays are full or a step fails; return the number of steps done."""
