@@ -36,9 +36,9 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         return (
             f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} sweeps "
             f"and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
-            f"{accepted(run):.2g}). Where friction jams a contact (Painlevé) or restitution works against it, there may be "
-            "no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that differ "
-            "less: they need fewer sweeps."
+            f"{accepted(run):.2g}). Where friction jams a contact (Painlevé) or restitution works against it, there "
+            "may be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that "
+            "differ less: they need fewer sweeps."
         )
     if run.failure == MASS:
         q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
