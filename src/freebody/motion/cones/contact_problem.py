@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Real, Record, Row, Rows, Whole, Wholes, record
+from ...native.records import Count, Real, Record, Row, Rows, Whole, Wholes, record
 
 EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
 """Kinds of rows: LINE is the only tangent of the normal row before it, FIRST and SECOND are two tangents of it."""
@@ -146,3 +146,25 @@ class Newton(Record):
     factored: Whole
     ends: Annotated[Wholes, "n"]
     order: Annotated[Wholes, "n"]
+
+
+@record
+class Dense(Record):
+    """Memory of `least_squares`: square matrices of the rows of a small problem.
+
+    ``A``, ``J``, ``N``          W Xᵀ; slopes of the violations; normal equations or a factor of a part of A
+    ``step``, ``best``           change of x; x of the least residual
+    ``right``, ``entries``       right side, or rates; entries of one row
+    ``place``, ``among``         place of a row in the equations, or -1; row at a place
+    """
+
+    most: Count
+    A: Annotated[Row, "squares"]
+    J: Annotated[Row, "squares"]
+    N: Annotated[Row, "squares"]
+    step: Annotated[Row, "most"]
+    best: Annotated[Row, "most"]
+    right: Annotated[Row, "most"]
+    entries: Annotated[Row, "most"]
+    place: Annotated[Wholes, "most"]
+    among: Annotated[Wholes, "most"]

@@ -16,7 +16,8 @@ relative to the greatest speed in the problem; see the trajectory's residual, or
 Such a step is sound: its speeds and impulses satisfy M Δu = h f + Wᵀ Λ to round-off, whatever the residual, so
 momentum and the ledger do not see it; a contact closes by at most 1e-9 v h in a step, less than the gap that the
 correction removes at the end of each (1e-10 m for v h up to 0.1 m), so it cannot add up; and its power, Λ times that
-speed, is 1e-9 of the power of the contacts. Newton's method cannot do better there: with forces open in faces and
+speed, is 1e-9 of the power of the contacts. Of a time step as much is taken as this bound of 1e-10 m allows
+(`timestepping.failure.accepted`), up to 1e-8. Newton's method cannot do better there: with forces open in faces and
 contacts at the limit of friction, the solution is a double zero, which double precision resolves to the root of its
 round-off, 1.5e-8, in the forces, and to about 1e-9 in speeds.
 """

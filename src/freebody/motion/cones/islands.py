@@ -17,7 +17,8 @@ from typing import Annotated
 from ...native.instructions import compiled, greater, lesser
 from ...native.records import Count, Record, Row, Whole, Wholes, record
 from .cone import add_all, residual
-from .contact_problem import ContactProblem, Newton
+from .contact_problem import ContactProblem, Dense, Newton
+from .least_squares import descend, is_bare, lay_dense, take_in
 from .newton import DENSE, DRIFT, balance, reach, solve
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
@@ -28,6 +29,9 @@ SLOW, IDLE = 0.2, 6
 """Ratio of two residuals above which the compliance falls, and rounds without progress that end the search."""
 FEW = 12
 """Newton steps of a round; a greater compliance takes fewer."""
+WARM, COLD = 12, 25
+"""Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
+fewer."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
 """|F| relative to |v| that ends Newton's method in a round: a part of the residual before it, and the least one."""
 
@@ -51,12 +55,16 @@ class Islands(Record):
     order: Annotated[Wholes, "blocks"]
     own: Annotated[Wholes, "most"]
     part: ContactProblem
+    dense: Dense
     newton: Newton
 
 
 @compiled
-def settle(problem: ContactProblem, islands: Islands, goal: float) -> float:
-    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x."""
+def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
+    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x.
+
+    ``turn`` counts the calls for one problem.
+    """
     blocks = problem.blocks
     connect(problem, islands)
     for a in range(problem.count):
@@ -65,7 +73,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float) -> float:
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
-        if unsolved and lay_out(problem, islands, b) == 1:
+        if unsolved and lay_out(problem, islands, b) == 1 and at_once(problem, islands, goal, turn) == 0:
             improve(problem, islands, b, goal)
     add_all(problem)
     problem.residual = residual(problem)
@@ -182,6 +190,36 @@ def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
         part.blocks.starts[seen] = part.blocks.starts[seen - 1] + blocks.starts[b + 1] - blocks.starts[b]
     part.blocks.count = count
     return order[count - 1]
+
+
+@compiled
+def at_once(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> int:
+    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
+
+    Newton's method begins with the impulses of the sweeps; in the first turn it also begins with none.
+    """
+    part, dense = islands.part, islands.dense
+    if part.count > dense.most:
+        return 0
+    for i in range(part.count):
+        islands.newton.y[i] = part.x[i]
+    lay_dense(part, dense)
+    left = 0.0
+    if is_bare(part) == 1:
+        left = take_in(part, dense, goal)
+    else:
+        left = descend(part, dense, goal, WARM)
+        if left > goal and turn == 0:
+            for i in range(part.count):
+                part.x[i] = greater(part.low[i], 0.0)
+            left = descend(part, dense, goal, COLD)
+    if left <= goal:
+        for i in range(part.count):
+            problem.x[islands.own[i]] = part.x[i]
+        return 1
+    for i in range(part.count):
+        part.x[i] = islands.newton.y[i]
+    return 0
 
 
 @compiled

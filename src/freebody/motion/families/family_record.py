@@ -156,6 +156,7 @@ class Patch(Record):
     """The patch of two solids: the best normal and the distance of the cores along it, and points.
 
     ``kind``, ``face``       feature of the normal;  ``extent`` of the cores
+    ``even``                 by how much two edges may separate the cores better than a face that is taken for them
     ``points``               place (3), normal from the second to the first body (3), gap
     ``features``             what meets at each point, four numbers (`faces`);  ``met``: the same of one point
     ``pair``, ``trial``      two points, a vector or two points;  ``polygon``, ``rest``: a face that is cut
@@ -168,6 +169,7 @@ class Patch(Record):
     face: Whole
     apart: Real
     extent: Real
+    even: Real
     normal: Annotated[Row, 3]
     pair: Annotated[Row, 6]
     trial: Annotated[Row, 6]

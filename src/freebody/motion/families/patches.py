@@ -17,7 +17,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, root
-from .faces import ALONG, CORNER, FACE, FAR, HEAD, add_point, cut, face_normal
+from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
 from .family_record import POSE, Core, Families, Patch
 from .nearest import (
     EDGES,
@@ -145,6 +145,8 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
+    if patch.kind == EDGES and flat > patch.apart - patch.even and almost_flat(of, wall, limit) == 1:
+        return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
         nearest(of, a, b, flat, wall, patch)
     elif patch.kind == EDGES:
@@ -173,6 +175,28 @@ def touches_face(patch: Patch, r: float) -> int:
     for k in range(patch.count):
         best = lesser(best, patch.points[k, 6])
     return 1 if best <= patch.apart - r + 2.0 * ALONG * patch.extent else 0
+
+
+@compiled
+def almost_flat(of: Families, wall: int, limit: float) -> int:
+    """Take the face for two edges that separate the cores a little better, if it has a point about as deep as theirs.
+
+    Return 1 if so, else 0. The gap of the edges is 0 together with that of their crossing over the face. A correction
+    that lifted the crossing alone would press the points beside it into each other.
+    """
+    a, b, patch = of.one, of.other, of.patch
+    gap, best = patch.apart - a.radius - b.radius, FAR
+    x, y, z = patch.normal[0], patch.normal[1], patch.normal[2]
+    if wall == FACE_OF_A:
+        cut(of, a, b, limit, -1.0)
+    elif wall == FACE_OF_B:
+        cut(of, b, a, limit, 1.0)
+    for k in range(patch.count):
+        best = lesser(best, patch.points[k][6])
+    if best <= (0.5 * gap if gap < 0.0 else gap + patch.even) and patch.met[0] != NOWHERE:
+        return 1
+    patch.count, patch.normal[0], patch.normal[1], patch.normal[2] = 0, x, y, z
+    return 0
 
 
 @compiled

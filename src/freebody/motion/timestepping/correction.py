@@ -76,7 +76,9 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
     near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
+    run.families.patch.even = near
     failure = evaluate(run, t + run.h, count, near)
+    run.families.patch.even = 0.0
     if failure != NONE:
         return failure
     for i in range(machine.n):
@@ -97,9 +99,16 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     for i in range(machine.n):
         shift[i] += problem.v[i]
     put_speeds(machine, run.z, shift)
+    shifted(run, t)
+    return NONE
+
+
+@compiled
+def shifted(run: Run, t: float) -> None:
+    """Move the coordinates of z by its speeds, and give it those of the step."""
+    machine = run.machine
     machine.moving(t + run.h, run.z, machine.c, run.rate)
     for i in range(machine.n_q):
         run.z[i] += run.rate[i]
     put_speeds(machine, run.z, run.u_new)
     normalize(machine, run.z)
-    return NONE

@@ -13,10 +13,24 @@ from ..contact.motion import check_coefficients
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array
 from ..start.initial import number
+from .correction import DEEP
 from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, OVERLAP, Run
 
 MOST_SWEEPS = 100_000
 """Sweeps after which the search for the impulses of a step ends."""
+
+
+MOST_ACCEPTED = 1e-8
+"""Limit on the residual with which a step is taken: the root of the round-off, at which a double zero ends."""
+
+
+def accepted(run: Run) -> float:
+    """Return the residual with which a problem of velocities is taken whose search ends before.
+
+    A contact closes by residual · v · h in the step: by no more than the correction leaves, 1e-10 m.
+    """
+    travel = run.problem.reference * run.h
+    return float(max(ACCEPTED, min(DEEP / travel, MOST_ACCEPTED))) if travel > 0.0 else ACCEPTED
 
 
 def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Array) -> str:
@@ -26,9 +40,9 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         return (
             f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} sweeps "
             f"and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
-            f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may be no "
-            "solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that differ "
-            "less: they need fewer sweeps."
+            f"{accepted(run):.2g}). Where friction jams a contact (Painlevé) or restitution works against it, there "
+            "may be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that "
+            "differ less: they need fewer sweeps."
         )
     if run.failure == MASS:
         q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()

@@ -27,7 +27,7 @@ def impulses(run: Run, islands: Islands, goal: float) -> int:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
-        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
+        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal, turn) <= goal):
             return 1
         if problem.stop != 0 or not math.isfinite(problem.residual):
             return 0

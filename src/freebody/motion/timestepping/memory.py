@@ -16,7 +16,7 @@ from ..start.initial import number
 from .stepped_kernels import Shape
 from .stepping_record import Run
 
-ISLAND_ROWS, ISLAND_SPEEDS = 900, 600
+ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
 """Limits on an island that Newton's method gets, whose matrices are dense."""
 
 
@@ -91,7 +91,9 @@ def memory_of(
 def _islands(blocks: int, most: int, n: int, wide: int) -> Islands:
     """Return the memory for islands of a problem of at most ``most`` rows, each of ``wide`` blocks, and n speeds."""
     rows, speeds = min(most, ISLAND_ROWS), min(n, ISLAND_SPEEDS)
-    result = Islands.made(blocks=blocks, most=rows, n=speeds)
+    dense = min(rows, DENSE_ROWS)
+    result = Islands.made(blocks=blocks, most=rows, n=speeds, squares=dense * dense)
+    result.dense.most = dense
     result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
     part = result.part
     part.W, part.X = np.zeros(rows * speeds), np.zeros(rows * speeds)

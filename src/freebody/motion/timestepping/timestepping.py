@@ -19,7 +19,6 @@ from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
-from ..cones.contacts import ACCEPTED
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
@@ -37,7 +36,7 @@ from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import MOST_SWEEPS, check_laws, failure
+from .failure import MOST_SWEEPS, accepted, check_laws, failure
 from .memory import memory_of
 from .pair_motion import PairLog
 from .stepped_kernels import stepping
@@ -315,9 +314,10 @@ class _Run:
                 self.memory.contacts.kept[:] = run.contacts.kept
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
-            close = run.problem.residual <= ACCEPTED
-            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < ACCEPTED)):
-                bound = ACCEPTED if close else RESIDUAL
+            enough = accepted(run)
+            close = run.problem.residual <= enough
+            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < enough)):
+                bound = enough if close else RESIDUAL
                 sweeps *= 10
                 continue
             raise SimulationError(
