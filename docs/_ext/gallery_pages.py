@@ -25,6 +25,7 @@ from generated import fingerprint, finish, plain, up_to_date, write
 import freebody as fb
 from freebody.describe.description import about_of
 from freebody.errors import SimulationError
+from freebody.picture.page import balances
 from freebody.picture.page.animation import frames_of, scene_of
 from freebody.picture.page.page import page, stage
 from freebody.picture.page.report import charts
@@ -208,9 +209,6 @@ class Page:
         )
         return f"{heading}{said}\n{_html(frame)}"
 
-    def _formulas(self, tex: str) -> str:
-        return _html(self.symbols.formula(tex))
-
     def _machine(self) -> str:
         shown = _drawing(self.entry, self.outcome.equations)
         about = about_of(self.outcome.system)
@@ -242,16 +240,20 @@ class Page:
                 f"## Free bodies\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
                 f"`freebody equations {self.entry.name}` prints them.\n\n{self._figures(figures)}"
             )
-        parts = ["## Free bodies and their equations\n"]
-        for name, body in self.outcome.free_bodies.items():
+        parts = ["## Free bodies and their equations\n", _html(balances.laws(e, self.symbols))]
+        for name in e.model.bodies:
             drawn = fb.free_body_diagram(e, name, near=self.entry.near, at=dict(self.entry.drawn) or None)
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
-                self._formulas(body.latex()),
+                _html(balances.free_body(e, name, self.symbols)),
             ]
         return "\n".join(
-            [*parts, "## Equations of motion\n", self._formulas(e.latex(names=self.entry.names))]
+            [
+                *parts,
+                "## Equations of motion\n",
+                _html(balances.motion(e, self.symbols, self.entry.names)),
+            ]
         )
 
     def _answers(self) -> str:

@@ -13,7 +13,7 @@ from ...scalar.algebra import Scalar
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from .arrange import LONG, Lumps, arrange
-from .terms import Applied, Sum, Term
+from .terms import Applied, Sum, Term, without_minus
 
 
 class Printer(ABC):
@@ -42,6 +42,7 @@ class Printer(ABC):
         """Return the terms of a sum, joined."""
         if not s.terms:
             return self.number(0)
+        s = without_minus(s)
         if len(s.terms) == 1:
             term = s.terms[0]
             if term.coefficient == 1 and len(term.factors) == 1:
