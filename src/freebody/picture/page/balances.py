@@ -20,7 +20,7 @@ from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
 from . import prose
 from .longest_phases import lasting
-from .symbols import Symbols
+from .symbols import Symbols, unbroken
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -61,7 +61,7 @@ def laws(e: Equations, symbols: Symbols) -> str:
     >>> laws(fb.equations(s), Symbols())[:24]
     '<p>The motion is planar.'
     """
-    return f"<p>{prose.laws(e, symbols.glyphs.line)}</p>"
+    return f"<p>{unbroken(prose.laws(e, symbols.glyphs.line))}</p>"
 
 
 def free_body(e: Equations, name: str, symbols: Symbols) -> str:
@@ -73,12 +73,14 @@ def free_body(e: Equations, name: str, symbols: Symbols) -> str:
         found = list(body.planar_equations)
     bodies = list(e.model.bodies)
     said = prose.actions(e, name, bodies[: bodies.index(name)], symbols.name)
-    return f"<p>{said}</p>\n" + symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
+    return f"<p>{unbroken(said)}</p>\n" + symbols.formula(
+        body.latex(), [*[""] * len(e.heading), *map(str, found)]
+    )
 
 
 def motion(e: Equations, symbols: Symbols, names: Mapping[str, Any] | None = None) -> str:
     """Return where the equations of motion come from in words, and the equations; ``names`` as `Equations.latex`."""
-    said = f"<p>{prose.motion(e, symbols.name)}</p>\n"
+    said = f"<p>{unbroken(prose.motion(e, symbols.name))}</p>\n"
     codes = [] if names else [*[""] * len(e.heading), *map(str, e.motion)]
     return said + symbols.formula(e.latex(names=names), codes)
 
