@@ -34,15 +34,14 @@ class Printer(ABC):
         """Return an element or a number; with sines in a denominator, in the form common to all equal elements."""
         form = half_angles(x)
         if form is None or self.long is not None and form.longest > LONG:
-            return self.sum(arrange(x, self.ring, self.lumps, self.long))
+            return self.sum(without_minus(arrange(x, self.ring, self.lumps, self.long)))
         printer = type(self)(form.ring, self.lumps, self.long)
-        return printer.sum(arrange(form.whole, form.ring, self.lumps, self.long))
+        return printer.sum(without_minus(arrange(form.whole, form.ring, self.lumps, self.long)))
 
     def sum(self, s: Sum) -> Any:
         """Return the terms of a sum, joined."""
         if not s.terms:
             return self.number(0)
-        s = without_minus(s)
         if len(s.terms) == 1:
             term = s.terms[0]
             if term.coefficient == 1 and len(term.factors) == 1:
