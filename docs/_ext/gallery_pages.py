@@ -12,6 +12,7 @@ import inspect
 import itertools
 import multiprocessing
 import os
+import re
 import sys
 import textwrap
 from concurrent.futures import ProcessPoolExecutor
@@ -175,7 +176,7 @@ class Page:
 
     def _statement(self) -> str:
         said = inspect.getdoc(sys.modules[self.entry.build.__module__]) or ""
-        of_model = inspect.getdoc(inspect.unwrap(self.entry.build)) or ""
+        of_model = _told(inspect.getdoc(inspect.unwrap(self.entry.build)) or "")
         names = ", ".join(f"`freebody run {name}`" for name in (self.entry.name, *self.entry.aliases))
         paragraphs = [plain(part) for part in (*said.split("\n\n"), of_model) if part]
         asked = "\n".join(f"- {plain(line)}" for line in self.entry.asks)
@@ -315,6 +316,12 @@ class Page:
     def _figures(self, pictures: list[tuple[Path, str]]) -> str:
         shown = "\n".join(f"![{plain(about)}]({path.name})" for path, about in pictures)
         return f":::{{container}} figures\n{shown}\n:::\n"
+
+
+def _told(documentation: str) -> str:
+    """What the documentation of a function says of the system that it returns."""
+    text = re.sub(r"^Return (the system[;,.] )?", "", documentation)
+    return re.sub("^(an?|the) ", lambda found: found[0].capitalize(), text)
 
 
 # -- the code of a model --------------------------------------------------------------------------------------
