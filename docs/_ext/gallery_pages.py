@@ -12,6 +12,7 @@ import inspect
 import itertools
 import multiprocessing
 import os
+import re
 import sys
 import textwrap
 from concurrent.futures import ProcessPoolExecutor
@@ -25,6 +26,7 @@ from generated import fingerprint, finish, plain, up_to_date, write
 import freebody as fb
 from freebody.describe.description import about_of
 from freebody.errors import SimulationError
+from freebody.picture.page import balances
 from freebody.picture.page.animation import frames_of, scene_of
 from freebody.picture.page.page import page, stage
 from freebody.picture.page.report import charts
@@ -174,7 +176,7 @@ class Page:
 
     def _statement(self) -> str:
         said = inspect.getdoc(sys.modules[self.entry.build.__module__]) or ""
-        of_model = inspect.getdoc(inspect.unwrap(self.entry.build)) or ""
+        of_model = _told(inspect.getdoc(inspect.unwrap(self.entry.build)) or "")
         names = ", ".join(f"`freebody run {name}`" for name in (self.entry.name, *self.entry.aliases))
         paragraphs = [plain(part) for part in (*said.split("\n\n"), of_model) if part]
         asked = "\n".join(f"- {plain(line)}" for line in self.entry.asks)
@@ -208,9 +210,6 @@ class Page:
         )
         return f"{heading}{said}\n{_html(frame)}"
 
-    def _formulas(self, tex: str) -> str:
-        return _html(self.symbols.formula(tex))
-
     def _machine(self) -> str:
         shown = _drawing(self.entry, self.outcome.equations)
         about = about_of(self.outcome.system)
@@ -242,16 +241,20 @@ class Page:
                 f"## Free bodies\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
                 f"`freebody equations {self.entry.name}` prints them.\n\n{self._figures(figures)}"
             )
-        parts = ["## Free bodies and their equations\n"]
-        for name, body in self.outcome.free_bodies.items():
+        parts = ["## Free bodies and their equations\n", _html(balances.laws(e, self.symbols))]
+        for name in e.model.bodies:
             drawn = fb.free_body_diagram(e, name, near=self.entry.near, at=dict(self.entry.drawn) or None)
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
-                self._formulas(body.latex()),
+                _html(balances.free_body(e, name, self.symbols)),
             ]
         return "\n".join(
-            [*parts, "## Equations of motion\n", self._formulas(e.latex(names=self.entry.names))]
+            [
+                *parts,
+                "## Equations of motion\n",
+                _html(balances.motion(e, self.symbols, self.entry.names)),
+            ]
         )
 
     def _answers(self) -> str:
@@ -313,6 +316,12 @@ class Page:
     def _figures(self, pictures: list[tuple[Path, str]]) -> str:
         shown = "\n".join(f"![{plain(about)}]({path.name})" for path, about in pictures)
         return f":::{{container}} figures\n{shown}\n:::\n"
+
+
+def _told(documentation: str) -> str:
+    """What the documentation of a function says of the system that it returns."""
+    text = re.sub(r"^Return (the system[;,.] )?", "", documentation)
+    return re.sub("^(an?|the) ", lambda found: found[0].capitalize(), text)
 
 
 # -- the code of a model --------------------------------------------------------------------------------------

@@ -55,7 +55,7 @@ def leaning_board(p):
         "a_tip": one.tip,
         "a_max": one.largest,
         "beta_max": one.angle,
-        "alpha": sliding_board(p["length"], p["mu"], p["beta"], p["a"], p["g"]),
+        "alpha": sliding_board(p["L"], p["mu"], p["beta"], p["a"], p["g"]),
     }
 
 
@@ -64,7 +64,7 @@ def test_board_on_a_truck():
     found = outcome("prob-6-1")
     assert found.answers["state"].value.startswith("slides")
     compare(found, leaning_board)
-    for changed in ({"length": 3.0}, {"mu": 0.25}, {"beta": 1.25}, {"g": 9.0}, {"a": 2.9}):
+    for changed in ({"L": 3.0}, {"mu": 0.25}, {"beta": 1.25}, {"g": 9.0}, {"a": 2.9}):
         compare(outcome("prob-6-1", **changed), leaning_board)
 
 
@@ -80,7 +80,7 @@ def test_board_that_stands_and_board_that_tips():
 
 
 def braking_car(p):
-    one = exact.braking_car(*(p[name] for name in ("m", "lf", "lr", "h", "a", "g")))
+    one = exact.braking_car(*(p[name] for name in ("m", "l_f", "l_r", "h", "a", "g")))
     return {
         "mu": one.mu,
         "N_front": one.normal_front,

@@ -131,10 +131,10 @@ def test_sliders_are_those_that_move_something_and_say_what_they_follow():
 def test_a_machine_whose_equations_can_not_be_written_moves(live, monkeypatch):
     import freebody.picture.page.live as module
 
-    def refuse(model):
+    def refuse(motion, symbols):
         raise ModelError("Expected <few> terms.")
 
-    monkeypatch.setattr(module, "Equations", refuse)
+    monkeypatch.setattr(module, "balances", refuse)
     shown = live.machine()
     assert shown["equations"] == "<p>Expected &lt;few&gt; terms.</p>" and shown["scene"]
 
@@ -356,7 +356,9 @@ def test_torques_that_hold_a_robot_stand_beside_its_joints(tmp_path):
         pytest.skip("no Chromium on this machine")
     server = Server(live)
     threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
-    units = "[...document.querySelectorAll('.slider')].map(row => row.querySelector('.unit').textContent)"
+    units = (
+        "[...document.querySelectorAll('label.slider')].map(row => row.querySelector('.unit').textContent)"
+    )
     with PageBrowser() as browser:
         browser.open(server.address)
         browser.wait("document.documentElement.dataset.motions")

@@ -237,12 +237,17 @@ class _Maker:
             right = _put(root, right, shift)
             bx = box_of(right)
             if not kinetic and self.mode != "blank":
-                root.add(_centered("(no acceleration)", (bx[0] + bx[2]) / 2, bx[1] - 6.0, 9.5, GREY))
+                words = "(no acceleration)" if self._has_inertia(name) else "(no mass)"
+                root.add(_centered(words, (bx[0] + bx[2]) / 2, bx[1] - 6.0, 9.5, GREY))
             low = min(low, bx[1] - 10.0)
             root.add(_centered("kinetic diagram", (bx[0] + bx[2]) / 2, low, 10.0, GREY))
         self._below(root, [*acting, *kinetic])
         self._heading(root, name)
         return self._sheet(root, scale, f"Free-body diagram of {name} ({self.now.model.name})")
+
+    def _has_inertia(self, name: str) -> bool:
+        body = self.now.model.bodies[name]
+        return body.mass != 0 or any(x != 0 for row in body.inertia for x in row)
 
     def _without_zeros(self, marks: Sequence[Mark]) -> list[Mark]:
         """The arrows whose values are more than round-off."""

@@ -231,7 +231,7 @@ class Marks:
     def _component(
         self, body: FreeBody, k: int, x: Scalar, couple: bool, guide: tuple[Matrix, str] | None = None
     ) -> list[Mark]:
-        if isinstance(x, int) and x == 0:
+        if x == 0:
             return []
         R, letters = (body._axes, "xyz" if body.frame == "ground" else "123") if guide is None else guide
         axis: Vector = tuple(R[i][k] for i in range(3))
@@ -298,7 +298,7 @@ class Marks:
     def _common(self, v: Vector) -> tuple[Scalar, Vector]:
         """(c, u) with v = c u, c the greatest common divisor of the components."""
         ring = self.e.ring
-        parts = [ring.coerce(x) for x in v if not (isinstance(x, int) and x == 0)]
+        parts = [ring.coerce(x) for x in v if x != 0]
         nums = [ring.promoted(x.num) for x in parts]
         divisor = nums[0]
         for num in nums[1:]:
@@ -307,7 +307,7 @@ class Marks:
         quotients = iter(
             element(ring, num // divisor, x.den, x.mask) for num, x in zip(nums, parts, strict=True)
         )
-        u: Vector = tuple(0 if isinstance(x, int) and x == 0 else next(quotients) for x in v)  # type: ignore
+        u: Vector = tuple(0 if x == 0 else next(quotients) for x in v)  # type: ignore
         return c, u
 
     def _width(self, x: Scalar) -> float:
@@ -350,7 +350,7 @@ class Marks:
                 magnitude, direction = -magnitude, -direction
             label = self._name(name) if short is None else short
             law = f"{label} = {latex(magnitude, ring)}"
-        elif self._opposed(magnitude, label):
+        elif label.startswith("-") if kind == "kinetic" else self._opposed(magnitude, label):
             magnitude, direction = -magnitude, -direction
             label = latex(magnitude, ring)
         value = None

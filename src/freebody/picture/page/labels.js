@@ -79,7 +79,8 @@ const nearest = (box, [x, y]) => [Math.min(box[2], Math.max(box[0], x)), Math.mi
 const widths = new Map(); // of pieces in their fonts: to measure one takes long
 function pieces(pen, text, ratio) {
   let x = 0;
-  const result = text.split(/_([^\s_]+)/u).map((piece, k) => {
+  const result = text.split(/_(\([^()]*\)|[^\s_]+)/u).map((part, k) => {
+    const piece = k % 2 ? part.replace(/^\((.*)\)$/u, "$1") : part;
     const font = `${(k % 2 ? 9 : 12) * ratio}px system-ui, sans-serif`, key = font + piece, placed = [piece, x, k % 2 ? 3.5 * ratio : 0, font];
     if (!widths.has(key)) {
       if (widths.size > 2000) widths.clear();

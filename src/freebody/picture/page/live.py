@@ -15,12 +15,11 @@ from ...errors import FormatError, FreebodyError, ModelError, SimulationError
 from ...formats.case import Case
 from ...model.assemble import assemble
 from ...studies.simulate import simulate
-from ...symbolic.equations import Equations, equations
 from ..moving.keyframes import TOLERANCE
 from .animation import frames_of, scene_of
-from .longest_phases import longest_contact
+from .balances import balances
 from .page import stage
-from .report import LARGEST, charts
+from .report import charts
 from .simulator import simulator
 from .sliders import sliders, start_of
 from .symbols import Symbols
@@ -156,22 +155,11 @@ class Live:
         }
 
     def _equations(self) -> str:
-        """Equations as HTML, or the reason why they cannot be written; the machine moves in either case."""
+        """Free bodies and equations as HTML, or why they cannot be written; the machine moves in either case."""
         try:
-            return self._formulas()
+            return balances(self._trajectory, self._symbols)
         except FreebodyError as error:
             return f"<p>{escape(str(error))}</p>"
-
-    def _formulas(self) -> str:
-        if self.model.n_u > LARGEST:
-            return "<p>Not shown for a machine of this size.</p>"
-        modes = longest_contact(self._trajectory)
-        if modes is None:
-            return self._symbols.formula(Equations(self.model).latex())
-        words = ", ".join(f"{name} {mode}" for name, mode in modes.items())
-        return f"<p>While contacts are: {escape(words)}</p>" + self._symbols.formula(
-            equations(self.model, modes=modes).latex()
-        )
 
 
 def problem(error: FreebodyError) -> dict[str, Any]:
@@ -196,7 +184,7 @@ def body(name: str) -> str:
     return (
         '<div id="glyphs"></div>\n'
         f'<h1 id="name">{escape(name)}</h1>\n{stage(True)}\n<h2>Plots</h2><div id="charts"></div>\n'
-        '<h2>Equations of motion</h2><div id="equations"></div>\n'
+        '<div id="equations"></div>\n'
         '<h2>Model</h2><div class="editor"><pre id="lines" aria-hidden="true"></pre>'
         '<textarea id="text" spellcheck="false" aria-label="Model file"></textarea></div>\n'
         '<p><button id="apply" type="button">Apply the text</button> '

@@ -91,7 +91,9 @@ def motion(e: Equations, name: Names) -> str:
         parts.append(
             f"Each {'coordinate' if model.n_u == len(model.coordinate_names) else 'speed'} has an equation."
         )
-    if any(unknowns(model, e.state, joint) for joint in model.joints):
+    plane = plane_of(e)
+    zero = set(plane.zero) if isinstance(plane, Plane) else set()
+    if any(x.name not in zero for joint in model.joints for x in unknowns(model, e.state, joint)):
         parts.append("The reactions of joints do not appear.")
     parts += [sentence for k in range(model.n_u) if (sentence := _source(model, k, name))]
     owners = list(dict.fromkeys(row.owner for row in rows(model) if row.name in e.condition_names))

@@ -7,8 +7,7 @@ import io
 import os
 import re
 import tempfile
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,26 +17,19 @@ from ...describe.contacts.normal_law import OWN_NAMES
 from ...describe.description import about_of, parameters_of
 from ...describe.system import System
 from ...dynamics.state import State, float_state
-from ...errors import FormatError, ModelError, SimulationError, TooManyTermsError, path_of
+from ...errors import FormatError, ModelError, SimulationError, path_of
 from ...formats.files import replacing
 from ...formats.text import expression_text
 from ...model.assemble import assemble
 from ...model.family import text_of_members
 from ...model.model import Model
 from ...scalar.algebra import Vector
-from ...scalar.polynomial import Polynomial
-from ...symbolic.equations import Equations
-from ...symbolic.equations import equations as equations_of
-from ...symbolic.free_body.planar import plane_in
 from ...version import VERSION
-from ..free_body.free_body_diagram import free_body_diagram
-from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
-from . import prose
 from .animation import frames_of, scene_of
 from .answers import answers_table
+from .balances import balances
 from .browser import Browser
-from .longest_phases import lasting
 from .page import page, stage
 from .symbols import Symbols
 
@@ -46,9 +38,6 @@ if TYPE_CHECKING:
 
 OPEN = 3
 """Number of charts up to which all are open at the beginning."""
-
-LARGEST, LONGEST = 6, 1250
-"""Most speeds of a machine whose equations are shown by default, and most terms of these."""
 
 
 def report(
@@ -190,7 +179,6 @@ def document(
         from .simulator import simulator  # imported late: it needs the compiler
 
         scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
-    shown = _is_short(model) if equations is None else equations
     symbols = Symbols.of(model, *(answers or {}))
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
@@ -199,7 +187,7 @@ def document(
         stage(live),
         answers_table(answers or {}, symbols),
         "<h2>Plots</h2>\n" + charts(scene, symbols),
-        _phases(trajectory, symbols) if shown else _withheld(),
+        balances(trajectory, symbols, equations),
         _model(s, trajectory, symbols),
         _figures(figures or {}),
         _footer(trajectory, scene),
@@ -253,91 +241,6 @@ def charts(scene: Mapping[str, Any], symbols: Symbols) -> str:
         summary = f"<summary>{symbols.words(chart['title'])}</summary>"
         parts.append(f'<details{state}>{summary}<div data-chart="{i}"></div></details>')
     return "\n".join(parts)
-
-
-def _is_short(model: Model) -> bool:
-    """Return True if the equations of motion are few and short."""
-    e = equations_of(model) if model.n_u <= LARGEST else None
-    if e is None or e.form == "recursive":
-        return False
-    try:
-        balances = e.balances
-    except TooManyTermsError:
-        return False
-    return sum(len(x) for balance in balances for x in balance if isinstance(x, Polynomial)) <= LONGEST
-
-
-def _withheld() -> str:
-    """Text in place of equations."""
-    return (
-        "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
-        "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
-    )
-
-
-def _phases(trajectory: Trajectory, symbols: Symbols) -> str:
-    """Drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest."""
-    model = trajectory.kernels.model
-    sets = lasting(trajectory)
-    if not sets:
-        return _equations(equations_of(model), trajectory, symbols)
-    parts: list[str] = []
-    for modes, time in sets:
-        words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
-        heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
-        parts.append(_equations(equations_of(model, modes=modes), trajectory, symbols, heading, not parts))
-    return "\n".join(parts)
-
-
-def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
-    """Modes by contact as the user declared it, if all its elements are in the same mode; by element otherwise."""
-    elements: dict[str, list[str]] = {}
-    for contact in model.contacts:
-        elements.setdefault(contact.owner, []).append(contact.name)
-    result: dict[str, str] = {}
-    for owner, names in elements.items():
-        same = len({modes[name] for name in names}) == 1
-        result |= {owner: modes[names[0]]} if same else {name: modes[name] for name in names}
-    return result
-
-
-def _equations(
-    e: Equations, trajectory: Trajectory, symbols: Symbols, heading: str = "", drawing: bool = True
-) -> str:
-    """Diagrams, free-body equations and equations of motion."""
-    parts = [
-        _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
-        f"<h2>Free-body equations{heading}</h2>\n<p>{prose.laws(e, symbols.glyphs.line)}</p>",
-    ]
-    for name in e.model.bodies:
-        parts.append(f"<h3>{escape(name)}</h3>")
-        parts.append(_or_refusal(partial(_free_body, e, name, symbols)))
-    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: _motion(e, symbols))]
-    return "\n".join(parts)
-
-
-def _free_body(e: Equations, name: str, symbols: Symbols) -> str:
-    body = e.free_body(name)
-    if isinstance(plane_in(body), str):
-        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
-    else:
-        found = list(body.planar_equations)
-    bodies = list(e.model.bodies)
-    said = prose.actions(e, name, bodies[: bodies.index(name)], symbols.name)
-    return f"<p>{said}</p>\n" + symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
-
-
-def _motion(e: Equations, symbols: Symbols) -> str:
-    said = f"<p>{prose.motion(e, symbols.name)}</p>\n"
-    return said + symbols.formula(e.latex(), [*[""] * len(e.heading), *map(str, e.motion)])
-
-
-def _or_refusal(part: Callable[[], str]) -> str:
-    """A part of the page, or the reason why it would be too long."""
-    try:
-        return part()
-    except TooManyTermsError as error:
-        return f"<p>{escape(str(error))}</p>"
 
 
 def _coefficient(model: Model, state: State, law: Any) -> str:
@@ -431,20 +334,6 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     if rows:
         parts.append(_table(("Parameter", "Value", "Unit", "What it is"), rows, 1))
     return "\n".join(parts)
-
-
-def _drawings(e: Equations, trajectory: Trajectory, heading: str, whole: bool) -> str:
-    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine."""
-    parts = []
-    if whole:
-        parts.append(
-            f"<h2>Drawing</h2>\n<figure>{draw(trajectory.kernels.model, values=trajectory.values).svg}</figure>"
-        )
-    parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
-    for name in e.model.bodies:
-        drawing = free_body_diagram(e, name, values=trajectory.values)
-        parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")
-    return "\n".join([*parts, "</div>"])
 
 
 def _figures(figures: Mapping[str, Any]) -> str:

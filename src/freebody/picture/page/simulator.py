@@ -55,11 +55,18 @@ def simulator(
     shown = followed_answers(trajectory, answers)
     held = holding(kernels.model)
     frames = int(np.clip(2 * len(keys.t), FEWEST, MOST))
-    machine = LiveMachine(
-        setting_of(trajectory, MOST_STEPS, frames),
-        outputs,
-        lambda state: [*(state(x) for x in shown.values()), *holding_forces(kernels.model, state, held)],
-    )
+
+    def asked(state: State) -> list[Any]:
+        numbers = [state(x) for x in shown.values()]
+        try:
+            return numbers + holding_forces(kernels.model, state, held)
+        except (
+            ZeroDivisionError
+        ):  # a law has no value at rest, such as the slip of a tyre: no forces hold the machine
+            held.clear()
+            return numbers
+
+    machine = LiveMachine(setting_of(trajectory, MOST_STEPS, frames), outputs, asked)
     module = module_of(machine, answers=tuple(shown))
     initial, near = trajectory.initial, trajectory.near
     path = trajectory.path

@@ -22,6 +22,7 @@ LONGEST = 30_000
 COMPONENTS = ("x", "y", "z", "Mx", "My", "Mz")
 """Components of the reaction of a joint, after its name."""
 
+_PUNCTUATED = re.compile(r'(<span class="formula"(?:(?!</span>).)*</span>[.,;:?!)]+)')
 _TOKEN = re.compile(r"[A-Za-z]\w*'*(?:_\w+)?'*")
 
 
@@ -66,7 +67,7 @@ class Symbols:
             if match[0] in self.names:
                 parts += [escape(text[end : match.start()]), self.name(match[0])]
                 end = match.end()
-        return "".join(parts) + escape(text[end:])
+        return unbroken("".join(parts) + escape(text[end:]))
 
     def formula(self, tex: str, codes: Sequence[str] = ()) -> str:
         """Return a formula as HTML that wraps, or the reason why it is not shown; ``codes``: see `Glyphs.block`."""
@@ -88,6 +89,15 @@ class Symbols:
     def table(self) -> str:
         """Return the glyphs of all that was set so far."""
         return self.glyphs.svg()
+
+
+def unbroken(html: str) -> str:
+    """Return words with formulas so that punctuation stays on the line of the formula before it.
+
+    >>> unbroken('of <span class="formula">x</span>, too')
+    'of <span class="unbroken"><span class="formula">x</span>,</span> too'
+    """
+    return _PUNCTUATED.sub(r'<span class="unbroken">\1</span>', html)
 
 
 @cache

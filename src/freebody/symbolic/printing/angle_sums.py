@@ -18,7 +18,11 @@ from functools import cache
 from itertools import combinations, product
 from typing import Any
 
-Coefficient = dict[tuple[Any, ...], dict[Any, int]]
+Monomial = tuple[Any, ...]
+Row = dict[Any, int]
+Coefficient = dict[Monomial, Row]
+Split = tuple[int, int, Monomial]
+"""A monomial as the powers of the sine and the cosine of one angle, and the other factors."""
 
 LARGEST = 4000
 """Number of terms beyond which a coefficient is printed in its canonical form: nobody reads it."""
@@ -55,11 +59,14 @@ def _squares(ring: Any, coefficient: Coefficient, pairs: dict[int, int]) -> Coef
     size = _size(coefficient)
     for cosine in pairs:
         sine = ring.generators[cosine].partner
+        before = split = [(_split(m, cosine, sine), row) for m, row in coefficient.items()]
         for form in (_homogeneous, _without_cosines):
-            changed = form(coefficient, cosine, sine)
-            n = _size(changed)
-            if n < size:
-                coefficient, size = changed, n
+            changed = form(split)
+            n = size if changed is None else sum(map(len, changed.values()))
+            if changed is not None and n < size:
+                split, size = list(changed.items()), n
+        if split is not before:
+            coefficient = {_join(key, cosine, sine): row for key, row in split}
     return coefficient
 
 
@@ -98,7 +105,8 @@ def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
     return sets
 
 
-def _split(monomial: tuple[Any, ...], cosine: int, sine: int) -> tuple[int, int, tuple[Any, ...]]:
+def _split(monomial: Monomial, cosine: int, sine: int) -> Split:
+    """Return the powers of a sine and a cosine in a monomial, and its other factors."""
     s = c = 0
     cofactor = []
     for factor in monomial:
@@ -111,7 +119,8 @@ def _split(monomial: tuple[Any, ...], cosine: int, sine: int) -> tuple[int, int,
     return s, c, tuple(cofactor)
 
 
-def _join(s: int, c: int, cofactor: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
+def _join(key: Split, cosine: int, sine: int) -> Monomial:
+    s, c, cofactor = key
     new = list(cofactor)
     if s:
         new.append((sine, s))
@@ -125,29 +134,28 @@ def _newest_first(factor: tuple[Any, Any]) -> Any:
     return (1, 0) if isinstance(factor[0], str) else (0, -factor[0])
 
 
-def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """Substitute cos² = 1 - sin² for one angle."""
-    result: Coefficient = {}
-    for monomial, parameters in coefficient.items():
-        s, c, cofactor = _split(monomial, cosine, sine)
+def _without_cosines(split: list[tuple[Split, Row]]) -> dict[Split, Row] | None:
+    """Substitute cos² = 1 - sin² for one angle; None if it changes nothing."""
+    if all(c < 2 for (_, c, _), _ in split):
+        return None
+    result: dict[Split, Row] = {}
+    for (s, c, cofactor), parameters in split:
         for k, binomial in enumerate(_binomials(c // 2)):
-            _add(result, _join(s + 2 * k, c % 2, cofactor, cosine, sine), parameters, (-1) ** k * binomial)
+            _add(result, (s + 2 * k, c % 2, cofactor), parameters, (-1) ** k * binomial)
     return result
 
 
-def _homogeneous(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """Multiply by sin² + cos² of one angle up to the largest degree of the same parity."""
-    split = [(_split(m, cosine, sine), p) for m, p in coefficient.items()]
-    largest = [0, 0]
-    for (s, c, _), _ in split:
-        largest[(s + c) % 2] = max(largest[(s + c) % 2], s + c)
-    result: Coefficient = {}
+def _homogeneous(split: list[tuple[Split, Row]]) -> dict[Split, Row] | None:
+    """Multiply by sin² + cos² of one angle up to the largest degree of the same parity; None if it changes nothing."""
+    degrees = {s + c for (s, c, _), _ in split}
+    largest = {n % 2: n for n in sorted(degrees)}
+    if len(degrees) == len(largest):
+        return None
+    result: dict[Split, Row] = {}
     for (s, c, cofactor), parameters in split:
         missing = (largest[(s + c) % 2] - s - c) // 2
         for k, binomial in enumerate(_binomials(missing)):
-            _add(
-                result, _join(s + 2 * k, c + 2 * (missing - k), cofactor, cosine, sine), parameters, binomial
-            )
+            _add(result, (s + 2 * k, c + 2 * (missing - k), cofactor), parameters, binomial)
     return result
 
 
@@ -159,8 +167,13 @@ def _binomials(n: int) -> tuple[int, ...]:
     return tuple(row)
 
 
-def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, int], factor: int) -> None:
-    row = result.setdefault(monomial, {})
+def _add(result: dict[Any, Row], monomial: Any, parameters: Row, factor: int) -> None:
+    row = result.get(monomial)
+    if row is None:
+        result[monomial] = (
+            parameters.copy() if factor == 1 else {key: factor * value for key, value in parameters.items()}
+        )
+        return
     for key, value in parameters.items():
         total = row.get(key, 0) + factor * value
         if total:

@@ -13,7 +13,7 @@ from ...scalar.algebra import Scalar
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from .arrange import LONG, Lumps, arrange
-from .terms import Applied, Sum, Term
+from .terms import Applied, Sum, Term, without_minus
 
 
 class Printer(ABC):
@@ -34,9 +34,9 @@ class Printer(ABC):
         """Return an element or a number; with sines in a denominator, in the form common to all equal elements."""
         form = half_angles(x)
         if form is None or self.long is not None and form.longest > LONG:
-            return self.sum(arrange(x, self.ring, self.lumps, self.long))
+            return self.sum(without_minus(arrange(x, self.ring, self.lumps, self.long)))
         printer = type(self)(form.ring, self.lumps, self.long)
-        return printer.sum(arrange(form.whole, form.ring, self.lumps, self.long))
+        return printer.sum(without_minus(arrange(form.whole, form.ring, self.lumps, self.long)))
 
     def sum(self, s: Sum) -> Any:
         """Return the terms of a sum, joined."""

@@ -52,6 +52,20 @@ def negative(s: Sum) -> Sum:
     return Sum([Term(-t.coefficient, t.factors) for t in s.terms])
 
 
+def without_minus(s: Sum) -> Sum:
+    """Return -(a - b) c as (b - a) c; sums of several terms as they are, so that equal brackets in them stay equal."""
+    (term,) = s.terms if len(s.terms) == 1 else (None,)
+    if term is None or term.coefficient > 0:
+        return s
+    for k, (node, e) in enumerate(term.factors):
+        if isinstance(node, Sum) and not node.fixed and e % 2 and len(node.terms) == 2:
+            a, b = node.terms
+            if a.coefficient > 0 > b.coefficient:
+                other = Sum([Term(-b.coefficient, b.factors), Term(-a.coefficient, a.factors)])
+                return Sum([Term(-term.coefficient, [*term.factors[:k], (other, e), *term.factors[k + 1 :]])])
+    return s
+
+
 def made_positive(body: Sum, number: Any) -> Any:
     """Make the first term of a bracket positive; return the number in front with its sign."""
     if body.terms and body.terms[0].coefficient < 0:

@@ -446,6 +446,38 @@ def test_the_sign_of_a_length_is_read_off_the_configuration() -> None:
             assert found in (expected, -expected)
 
 
+def test_what_is_zero_has_no_arrow_and_what_has_no_mass_is_named() -> None:
+    """The turboprop is level: m a_z and two rates of its angular momentum are 0; a wheel of the gallery has no mass."""
+    entry = entries()["prob-6-19"]
+    drawing = free_body_diagram(fb.equations(entry.build()), "airframe", near=entry.near)
+    shown = {
+        g.get("data-name"): g.get("data-symbol")
+        for g in ElementTree.fromstring(drawing.svg).iter(f"{SVG}g")
+        if g.get("data-kind") == "kinetic"
+    }
+    assert shown == {"ma_C1": "11*psi'^2/2", "ma_C2": "11*psi''/2", "dH_Cz": "10*psi''"}
+    entry = entries()["turning-car"]
+    e = fb.equations(entry.build())
+    for body, words in (("front", ["(no mass)"]), ("car", [])):
+        labels = [
+            label.tex
+            for label in flat(free_body_diagram(e, body, near=entry.near).sheet.root)
+            if isinstance(label, Label)
+        ]
+        assert [tex for tex in labels if tex.startswith("(no ")] == words
+
+
+def test_an_inertia_is_drawn_in_the_positive_sense() -> None:
+    """The moment about the mass centre of the aerofoil is (I_E - m s²) θ'', counter-clockwise."""
+    svg = free_body_diagram(fb.equations(entries()["prob-6-14"].build()), "section").svg
+    (couple,) = (
+        g
+        for g in ElementTree.fromstring(svg).iter(f"{SVG}g")
+        if g.get("data-kind") == "kinetic" and g.get("class") == "couple"
+    )
+    assert couple.get("data-symbol") == "(I_E - m*s^2)*theta''" and couple.get("data-turn") == "1"
+
+
 def test_a_rope_over_a_block_pulls_with_all_its_parts() -> None:
     e, near = machine("block-and-tackle")
     (arrow,) = [

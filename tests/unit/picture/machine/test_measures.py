@@ -42,7 +42,7 @@ def test_labels_are_apart_as_the_gallery_draws_them(name: str) -> None:
     ("name", "symbols"),
     [
         ("ex-6-1", r"L, H, D, \beta"), ("ex-6-3", "h, R"), ("ex-6-4", r"\beta, R"), ("sec-6-6", r"L, R, \beta"),
-        ("sec-6-9", "L, R"), ("prob-6-1", r"\mathrm{length}, \beta"), ("prob-6-2", r"\mathrm{lf}, \mathrm{lr}, h"),
+        ("sec-6-9", "L, R"), ("prob-6-1", r"L, \beta"), ("prob-6-2", "l_{f}, l_{r}, h"),
         ("prob-6-3", "l, h"), ("prob-6-5", r"b, h, \alpha"), ("prob-6-6", "L, R"), ("prob-6-7", "R"),
         ("prob-6-10", "R, r, R - r"), ("prob-6-12", r"2 a, L, \beta"), ("prob-6-13", r"L, R, e, \beta"),
         ("prob-6-14", "s"), ("prob-6-18", "R, h"), ("prob-6-20", "h"), ("four-bar", "a, b, c, d"),

@@ -211,7 +211,8 @@ def test_the_live_page_follows_contacts():
     s = machine()
     live = Live(Case(s, {"y": 0.2}, 1.0))
     first = live.machine()
-    assert "While contacts are: floor stick" in first["equations"] or "floor open" not in first["equations"]
+    assert "(floor open; " in first["equations"] and "(floor stick; " in first["equations"]
+    assert "On disk act its weight, " in first["equations"]
     again = live.motion({"mu": 0.01}, {"x'": 2.0}, 1.0)
     assert any(span[0] == "slip+" for span in again["scene"]["modes"][0]["spans"])
     with pytest.raises(SimulationError):

@@ -40,6 +40,7 @@ def test_closed_loops_and_contacts_stay_unknown() -> None:
     said = prose.motion(equations("ex-6-3"), str)
     assert (
         "That of x sums the forces on disk along the x axis of plane. That of y" in said
+        and "reactions" not in said
         and "the conditions of floor come last" in said
     )
 

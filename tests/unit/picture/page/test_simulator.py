@@ -19,7 +19,7 @@ from freebody.picture.page.animation import figure, frames_of, scene_of
 from freebody.picture.page.browser import chromium
 from freebody.picture.page.follow import Follow
 from freebody.picture.page.packing import FINE
-from freebody.picture.page.simulator import followed_answers
+from freebody.picture.page.simulator import followed_answers, simulator
 from live_machines import double_pendulum, four_bar, motion_of
 from page_browser import PageBrowser
 
@@ -87,6 +87,14 @@ def test_what_follows_in_another_way_has_no_slider():
     bar = s.body("bar", fb.slender_bar(1, L * ratio, axis="x"))
     s.hinge("pin", s.ground, bar, axis="z", coordinate="theta")
     assert follow(fb.simulate(s, 1, initial={"theta'": 1}))[0].beyond == {"ratio"}
+
+
+def test_no_forces_hold_a_machine_whose_law_has_no_value_at_rest():
+    car = entries()["turning-car"]
+    s = car.build()
+    motion = fb.simulate(s, 0.05, initial=dict(car.start))
+    keys = frames_of(motion, 1e-2)
+    assert simulator(s, motion, keys, scene_of(motion, keys), {})["holding"] == {}
 
 
 def test_answers_that_are_formulas_of_parameters_follow():

@@ -161,6 +161,8 @@ SHOWN = [
     (sp.sin(sp.pi / 3) * L, "sqrt(3)*L/2"),
     (m * x.diff(t, 2) - m * x * theta.diff(t) ** 2, "m*(x'' - x*theta'^2)"),
     (k * (1 + L) * x, "k*(L + 1)*x"),
+    (-(m * g - k) * x, "(k - m*g)*x"),
+    (F - (m * g - k) * x, "F - (m*g - k)*x"),
 ]  # fmt: skip
 
 

@@ -41,21 +41,21 @@ def look(length: Any, cab: Any, height: Any) -> Shape:
 def build() -> fb.System:
     """Return the system; x, y are displacements of the centre on the truck from the leaning position."""
     s = fb.System("board_on_truck")
-    m, length, mu, beta = s.parameters(m=20.0, length=2.5, mu=0.3, beta="70deg")
+    m, L, mu, beta = s.parameters(m=20.0, L=2.5, mu=0.3, beta="70deg")
     a, g = s.parameters(a=3.0, g=9.81)
     s.gravity = (0, -g, 0)
     c, n = sympy.cos(beta), sympy.sin(beta)
-    truck = s.body("truck", fb.particle(1), shape=look(length, length * c, length * n))
-    board = s.body("board", fb.slender_bar(m, length))
+    truck = s.body("truck", fb.particle(1), shape=look(L, L * c, L * n))
+    board = s.body("board", fb.slender_bar(m, L))
     s.slider("road", s.ground, truck, axis="x", coordinate=a * s.t**2 / 2)
-    s.planar("plane", truck, board, at=(length / 2 * c, length / 2 * n, 0),
+    s.planar("plane", truck, board, at=(L / 2 * c, L / 2 * n, 0),
              child_axes=((c, n, 0), (-n, c, 0), (0, 0, 1)), coordinate="x y theta")  # fmt: skip
-    s.contact("floor", board.point(-length / 2, 0, 0), truck.plane(), friction=mu)
-    s.contact("wall", board.point(length / 2, 0, 0), truck.plane(at=(length * c, 0, 0), normal="-x"))
+    s.contact("floor", board.point(-L / 2, 0, 0), truck.plane(), friction=mu)
+    s.contact("wall", board.point(L / 2, 0, 0), truck.plane(at=(L * c, 0, 0), normal="-x"))
     explain(
         s,
         m="kg: mass of the board",
-        length="m: length of the board",
+        L="m: length of the board",
         mu="1: friction between floor and lower end",
         beta="rad: angle between board and floor",
         a="m/s²: acceleration of the truck, item (4) and the run",

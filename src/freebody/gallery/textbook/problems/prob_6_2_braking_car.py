@@ -18,32 +18,32 @@ from ...tools.looks import box_between, together, wheel
 LEVEL = {"theta": 0, "theta'": 0}
 
 
-def look(lf: Any, lr: Any, h: Any) -> Shape:
+def look(l_f: Any, l_r: Any, h: Any) -> Shape:
     """Return the car as it is drawn, on its wheels."""
     r = 3 * h / 5
     return together(
-        box_between((-lr / 2, h / 4, 0), (lf / 4, h, 0)),
-        box_between((-lr - h / 2, -h / 2, 0), (lf + h, h / 4, 0)),
-        wheel(r, (lf, r - h, 0)),
-        wheel(r, (-lr, r - h, 0)),
+        box_between((-l_r / 2, h / 4, 0), (l_f / 4, h, 0)),
+        box_between((-l_r - h / 2, -h / 2, 0), (l_f + h, h / 4, 0)),
+        wheel(r, (l_f, r - h, 0)),
+        wheel(r, (-l_r, r - h, 0)),
     )
 
 
 def build() -> fb.System:
     """Return the system; x, y are displacements of the mass centre from its position at rest on the road."""
     s = fb.System("braking_car")
-    m, lf, lr, h = s.parameters(m=1500.0, lf=1.2, lr=1.6, h=0.5)
+    m, l_f, l_r, h = s.parameters(m=1500.0, l_f=1.2, l_r=1.6, h=0.5)
     _, mu, _, g = s.parameters(a=6.0, mu_road=0.4, v=20.0, g=9.81)
     s.gravity = (0, -g, 0)
-    car = s.body("car", fb.box(m, (lf + lr, 2 * h, 2 * h)), shape=look(lf, lr, h))
+    car = s.body("car", fb.box(m, (l_f + l_r, 2 * h, 2 * h)), shape=look(l_f, l_r, h))
     s.planar("plane", s.ground, car, at=(0, h, 0), coordinate="x y theta")
-    s.contact("front", car.point(lf, -h, 0), s.ground.plane(), friction=mu)
-    s.contact("rear", car.point(-lr, -h, 0), s.ground.plane(), friction=mu)
+    s.contact("front", car.point(l_f, -h, 0), s.ground.plane(), friction=mu)
+    s.contact("rear", car.point(-l_r, -h, 0), s.ground.plane(), friction=mu)
     explain(
         s,
         m="kg: mass of the car",
-        lf="m: distance of the mass centre behind the front axle",
-        lr="m: distance of the mass centre ahead of the rear axle",
+        l_f="m: distance of the mass centre behind the front axle",
+        l_r="m: distance of the mass centre ahead of the rear axle",
         h="m: height of the mass centre above the road",
         a="m/s²: deceleration",
         mu_road="1: friction coefficient of another road, for the last two answers",

@@ -1,0 +1,146 @@
+"""Free bodies and equations of a machine as HTML: diagrams, formulas, and the sentences between them.
+
+Reports, the page of ``freebody view`` and the documentation of the gallery are made of these parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from ...errors import TooManyTermsError
+from ...model.model import Model
+from ...scalar.polynomial import Polynomial
+from ...symbolic.equations import Equations
+from ...symbolic.equations import equations as equations_of
+from ...symbolic.free_body.planar import plane_in
+from ..free_body.free_body_diagram import free_body_diagram
+from ..machine.draw import draw
+from . import prose
+from .longest_phases import lasting
+from .symbols import Symbols, unbroken
+
+if TYPE_CHECKING:
+    from ...motion.trajectory.trajectory import Trajectory
+
+LARGEST, LONGEST = 6, 1250
+"""Most speeds of a machine whose equations are shown by default, and most terms of these."""
+
+
+def balances(trajectory: Trajectory, symbols: Symbols, shown: bool | None = None) -> str:
+    """Return drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest.
+
+    ``shown`` is whether to show them; by default those of machines of up to six speeds are, if they are no longer than
+    some pages.
+    """
+    model = trajectory.kernels.model
+    if not (_is_short(model) if shown is None else shown):
+        return (
+            "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
+            "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
+        )
+    sets = lasting(trajectory)
+    if not sets:
+        return _section(equations_of(model), trajectory, symbols)
+    parts: list[str] = []
+    for modes, time in sets:
+        words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
+        heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
+        parts.append(_section(equations_of(model, modes=modes), trajectory, symbols, heading, not parts))
+    return "\n".join(parts)
+
+
+def laws(e: Equations, symbols: Symbols) -> str:
+    """Return the sentence before the equations of the bodies.
+
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> pin = s.hinge("pin", s.ground, s.body("bar", fb.slender_bar(1, 1)), coordinate="theta")
+    >>> laws(fb.equations(s), Symbols())[:24]
+    '<p>The motion is planar.'
+    """
+    return f"<p>{unbroken(prose.laws(e, symbols.glyphs.line))}</p>"
+
+
+def free_body(e: Equations, name: str, symbols: Symbols) -> str:
+    """Return what acts on a body in words, and its equations."""
+    body = e.free_body(name)
+    if isinstance(plane_in(body), str):
+        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
+    else:
+        found = list(body.planar_equations)
+    bodies = list(e.model.bodies)
+    said = prose.actions(e, name, bodies[: bodies.index(name)], symbols.name)
+    return f"<p>{unbroken(said)}</p>\n" + symbols.formula(
+        body.latex(), [*[""] * len(e.heading), *map(str, found)]
+    )
+
+
+def motion(e: Equations, symbols: Symbols, names: Mapping[str, Any] | None = None) -> str:
+    """Return where the equations of motion come from in words, and the equations; ``names`` as `Equations.latex`."""
+    said = f"<p>{unbroken(prose.motion(e, symbols.name))}</p>\n"
+    codes = [] if names else [*[""] * len(e.heading), *map(str, e.motion)]
+    return said + symbols.formula(e.latex(names=names), codes)
+
+
+def _is_short(model: Model) -> bool:
+    """Return True if the equations of motion are few and short."""
+    e = equations_of(model) if model.n_u <= LARGEST else None
+    if e is None or e.form == "recursive":
+        return False
+    try:
+        sides = e.balances
+    except TooManyTermsError:
+        return False
+    return sum(len(x) for pair in sides for x in pair if isinstance(x, Polynomial)) <= LONGEST
+
+
+def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
+    """Modes by contact as the user declared it, if all its elements are in the same mode; by element otherwise."""
+    elements: dict[str, list[str]] = {}
+    for contact in model.contacts:
+        elements.setdefault(contact.owner, []).append(contact.name)
+    result: dict[str, str] = {}
+    for owner, names in elements.items():
+        same = len({modes[name] for name in names}) == 1
+        result |= {owner: modes[names[0]]} if same else {name: modes[name] for name in names}
+    return result
+
+
+def _section(
+    e: Equations, trajectory: Trajectory, symbols: Symbols, heading: str = "", drawing: bool = True
+) -> str:
+    """Diagrams, free-body equations and equations of motion."""
+    parts = [
+        _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
+        f"<h2>Free-body equations{heading}</h2>\n{laws(e, symbols)}",
+    ]
+    for name in e.model.bodies:
+        parts.append(f"<h3>{escape(name)}</h3>")
+        parts.append(_or_refusal(partial(free_body, e, name, symbols)))
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: motion(e, symbols))]
+    return "\n".join(parts)
+
+
+def _or_refusal(part: Callable[[], str]) -> str:
+    """A part of the page, or the reason why it would be too long."""
+    try:
+        return part()
+    except TooManyTermsError as error:
+        return f"<p>{escape(str(error))}</p>"
+
+
+def _drawings(e: Equations, trajectory: Trajectory, heading: str, whole: bool) -> str:
+    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine."""
+    parts = []
+    if whole:
+        parts.append(
+            f"<h2>Drawing</h2>\n<figure>{draw(trajectory.kernels.model, values=trajectory.values).svg}</figure>"
+        )
+    parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
+    for name in e.model.bodies:
+        drawing = free_body_diagram(e, name, values=trajectory.values)
+        parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")
+    return "\n".join([*parts, "</div>"])
