@@ -40,7 +40,9 @@ def test_random_loops_give_what_cpython_gives_one_run_and_eight(start, tmp_path)
         rows["k"] = rng.uniform(-3, 3, (3, max(n, 1), LANES))
         if n > 2 and rng.random() < 0.4:
             rows["y"][2] = rng.choice(special, LANES)
-        numbers = {x: rng.uniform(-1, 1, LANES) for x in ("h", "top", "greatest")} | {"total": np.zeros(LANES)}
+        numbers = {x: rng.uniform(-1, 1, LANES) for x in ("h", "top", "greatest")} | {
+            "total": np.zeros(LANES)
+        }
         for x, value in rows.items():
             getattr(wide, x)[:] = value
         for x, value in numbers.items():
