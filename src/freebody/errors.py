@@ -50,6 +50,10 @@ class MassError(ModelError):
     """Mass properties that no body can have."""
 
 
+class UndefinedError(FreebodyError, ZeroDivisionError):
+    """A law that has no value at a state."""
+
+
 class SimulationError(FreebodyError, RuntimeError):
     """A motion that cannot be computed."""
 

@@ -132,3 +132,18 @@ def test_files():
         case_from_text(text.replace("stall_torque = 1", "stall_torque = 1\nstall = 2"))
     with pytest.raises(fb.FreebodyError, match="loads.m.*'stall_torque', but it is missing"):
         case_from_text(text.replace("stall_torque = 1\n", ""))
+
+
+@pytest.mark.parametrize("kind", ["cable", "gravitation"])
+def test_a_law_without_a_value_at_a_state_is_named(kind):
+    s = fb.System("two")
+    a, b = (s.body(name, fb.sphere(1, 0.1)) for name in "ab")
+    for name, body in (("x", a), ("z", b)):
+        s.slider(f"rail_{name}", s.ground, body, axis="x", coordinate=name)
+    if kind == "cable":
+        s.cable("pull", a, b, stiffness=500, length=1)
+    else:
+        s.gravitation("pull", a, b, parameter=3)
+    with pytest.raises(fb.errors.UndefinedError, match=f"{kind.title()} 'pull' has no value at this state: its law"):
+        fb.linearize(s)
+    assert issubclass(fb.errors.UndefinedError, ZeroDivisionError)  # callers that try states pass it

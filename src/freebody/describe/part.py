@@ -15,7 +15,7 @@ from pathlib import Path
 from traceback import FrameSummary, extract_tb
 from typing import Any, ClassVar, NoReturn, Self, TypeAlias, dataclass_transform
 
-from ..errors import FreebodyError, ModelError, nearest, shown
+from ..errors import FreebodyError, ModelError, UndefinedError, nearest, shown
 from ..scalar.algebra import Expression
 from .constants import unchanging
 from .description import Description, all_or_nothing, claim, coordinates_of, vector
@@ -209,6 +209,13 @@ def answer(part: Part, question: Callable[[], Any]) -> Any:
     """Return what the code of a part answers; an error in it names the part, the line and the cure."""
     try:
         return question()
+    except ZeroDivisionError as error:
+        if isinstance(error, FreebodyError):
+            raise
+        raise UndefinedError(
+            f"{part.heading} has no value at this state: its law divides by zero there. Choose a state at which it has "
+            "one, such as points that are apart, or speeds other than zero."
+        ) from error
     except (FreebodyError, ArithmeticError) as error:
         line = _own_line(part, error)
         if line is None or type(error) is not ModelError or line.filename in str(error):
