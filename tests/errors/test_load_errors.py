@@ -144,6 +144,8 @@ def test_a_law_without_a_value_at_a_state_is_named(kind):
         s.cable("pull", a, b, stiffness=500, length=1)
     else:
         s.gravitation("pull", a, b, parameter=3)
-    with pytest.raises(fb.errors.UndefinedError, match=f"{kind.title()} 'pull' has no value at this state: its law"):
+    with pytest.raises(
+        fb.errors.UndefinedError, match=f"{kind.title()} 'pull' has no value at this state: its law"
+    ):
         fb.linearize(s)
     assert issubclass(fb.errors.UndefinedError, ZeroDivisionError)  # callers that try states pass it

@@ -70,7 +70,8 @@ class Progress:
             raise SimulationError(
                 f"Expected True, False, or a function of the part that is done for progress=, got {display!r}."
             )
-        self.start, self.until, self.display, self.clock = start, until, display, perf_counter()
+        self.start, self.until, self.display = start, until, display
+        self.clock = self.looked = perf_counter()
 
     def __enter__(self) -> Progress:
         return self
@@ -131,12 +132,18 @@ class Progress:
         task = self.pool.submit(code, *arguments)
         try:
             while not wait([task], GLANCE).done:
-                self(now())
+                self._look(now())
+            if perf_counter() - self.looked > GLANCE:  # many short pieces
+                self._look(now())
         except BaseException:
             self.halt.press()
             wait([task])
             raise
         return task.result()
+
+    def _look(self, t: float) -> None:
+        self.looked = perf_counter()
+        self(t)
 
     def close(self) -> None:
         """Remove the bar."""

@@ -13,6 +13,8 @@ from .printer import Printer
 class Grouped(Printer):
     """Printer of SymPy expressions that keep their brackets; SymPy would multiply numbers into sums."""
 
+    ordered = False
+
     def number(self, n: int) -> Any:
         """A whole number."""
         return sympy.Integer(n)

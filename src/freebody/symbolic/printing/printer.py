@@ -20,6 +20,7 @@ class Printer(ABC):
     """Printer of elements of one ring in one kind of output."""
 
     bars = True  # fractions are drawn with a bar
+    ordered = True  # sums keep the order of their terms
 
     def __init__(self, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None):
         self.ring = ring
@@ -34,9 +35,13 @@ class Printer(ABC):
         """Return an element or a number; with sines in a denominator, in the form common to all equal elements."""
         form = half_angles(x)
         if form is None or self.long is not None and form.longest > LONG:
-            return self.sum(without_minus(arrange(x, self.ring, self.lumps, self.long)))
+            return self.whole(arrange(x, self.ring, self.lumps, self.long))
         printer = type(self)(form.ring, self.lumps, self.long)
-        return printer.sum(without_minus(arrange(form.whole, form.ring, self.lumps, self.long)))
+        return printer.whole(arrange(form.whole, form.ring, self.lumps, self.long))
+
+    def whole(self, s: Sum) -> Any:
+        """Return a sum that is a side of an equation or an answer."""
+        return self.sum(without_minus(s) if self.ordered else s)
 
     def sum(self, s: Sum) -> Any:
         """Return the terms of a sum, joined."""

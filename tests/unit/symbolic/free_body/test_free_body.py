@@ -212,7 +212,7 @@ def test_free_body_at_values_that_a_contact_keeps():
     held = {name + dots: 0 for name in "xy" for dots in ("", "'", "''")}
     kept = whole.at(held)
     assert (
-        "force x:  -N_O*sin(theta) + T_O*cos(theta) = -m*R*(theta''*cos(theta) - theta'^2*sin(theta))"
+        "force x:  -N_O*sin(theta) + T_O*cos(theta) = m*R*(theta'^2*sin(theta) - theta''*cos(theta))"
         in kept.text()
     )
     assert "moment z:  R*T_O = m*R^2*theta''/2" in kept.text()
