@@ -146,9 +146,12 @@ def specs_of(events: Any) -> tuple[EventSpec, ...]:
 
 def switch_specs(model: Model) -> tuple[EventSpec, ...]:
     """Return the events at which loads switch: a condition of ``at.where`` rises through zero, or falls."""
+    found = switches(model)
+    if not found:
+        return ()
     return tuple(
         EventSpec(switch, f"{switch.load} {word}", direction)
-        for switch in switches(model)
+        for switch in found
         for word, direction in zip(model.loads[switch.load].switches, (1, -1), strict=True)
     )
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cached_property
 from threading import get_ident
 from time import perf_counter
 from types import TracebackType
@@ -63,15 +64,20 @@ class Progress:
     def __init__(
         self, start: float, until: float, display: bool | Callable[[float], Any] | Halt | None
     ) -> None:  # fmt: skip
-        self.watched = isinstance(display, Halt)  # by another thread
-        self.halt = display if isinstance(display, Halt) else Halt()
-        display = False if isinstance(display, Halt) else display
+        self.watched = False
+        if isinstance(display, Halt):
+            self.watched, self.halt, display = True, display, False  # by another thread
         if not (display is None or isinstance(display, bool) or callable(display)):
             raise SimulationError(
                 f"Expected True, False, or a function of the part that is done for progress=, got {display!r}."
             )
         self.start, self.until, self.display = start, until, display
         self.clock = self.looked = perf_counter()
+
+    @cached_property
+    def halt(self) -> Halt:
+        """What ends the run: made when it is first needed, since short runs take less than that."""
+        return Halt()
 
     def __enter__(self) -> Progress:
         return self
