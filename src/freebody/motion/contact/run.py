@@ -210,8 +210,8 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     h = float(np.max(it.lengths[it.first_row : it.logged - 1], initial=0.0))
     start = float(it.times[it.first_row]) if it.logged else t
     if why == event_run.TOO_MANY:
-        current = [KINDS[mode] for mode in it.mode]
-        states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
+        shut = [(name, KINDS[mode]) for name, mode in zip(work.names, it.mode, strict=True) if mode != OPEN]
+        states = ", ".join(f"{name}: {mode}" for name, mode in shut) or "all open"
         return SimulationError(
             f"Contacts of '{model}' change their modes again and again at t = {t:.9g} s ({states}), {it.phases} phases "
             f"so far. Impacts that end in a finite time only together (restitution of several contacts at once; a coin "
