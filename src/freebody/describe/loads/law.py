@@ -148,7 +148,13 @@ def law_of(system: Description, value: Any, what: str) -> Law:
             return Law(exact(parse(value, {**names.atoms, "stretch": STRETCH, "rate": RATE})))
         except ExpressionError as error:
             raise ExpressionError(f"In the law of {what}: {error}") from None
-    known = exact(value)
+    try:
+        known = exact(value)
+    except sympy.SympifyError:
+        raise ModelError(
+            f"Expected the law of {what} as an expression of stretch and rate, such as '20*stretch', or as a table of "
+            f"pairs (stretch, force), got {shown(value)}."
+        ) from None
     plain = {STRETCH: sympy.Integer(1), RATE: sympy.Integer(1)}
     if isinstance(known, sympy.Basic):
         system.expression(known.xreplace(plain), what)  # it refuses unknown names
