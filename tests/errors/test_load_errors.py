@@ -153,5 +153,7 @@ def test_a_law_without_a_value_at_a_state_is_named(kind):
 
 def test_a_function_is_no_law_of_a_spring():
     s = machine()
-    with pytest.raises(fb.errors.ModelError, match="Expected the law of spring 'hard' as an expression of stretch and"):
+    with pytest.raises(
+        fb.errors.ModelError, match="Expected the law of spring 'hard' as an expression of stretch and"
+    ):
         s.spring("hard", s.joints["pin"], force=lambda stretch: 20 * stretch)
