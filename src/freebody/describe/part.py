@@ -210,7 +210,9 @@ def answer(part: Part, question: Callable[[], Any]) -> Any:
     try:
         return question()
     except ZeroDivisionError as error:
-        if isinstance(error, FreebodyError):
+        if isinstance(error, FreebodyError) or is_own(
+            part
+        ):  # a user's line is named where his kind is checked
             raise
         raise UndefinedError(
             f"{part.heading} has no value at this state: its law divides by zero there. Choose a state at which it has "
