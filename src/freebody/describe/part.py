@@ -210,9 +210,8 @@ def answer(part: Part, question: Callable[[], Any]) -> Any:
     try:
         return question()
     except ZeroDivisionError as error:
-        if isinstance(error, FreebodyError) or is_own(
-            part
-        ):  # a user's line is named where his kind is checked
+        # the check of a user's kind names the line
+        if isinstance(error, FreebodyError) or is_own(part):
             raise
         raise UndefinedError(
             f"{part.heading} has no value at this state: its law divides by zero there. Choose a state at which it has "

@@ -219,7 +219,6 @@ class _Run:
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
         self.absolute_of: ArrayLike | None = None
-        self.rates: Rates | None = None
         self.allowed = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
@@ -237,9 +236,8 @@ class _Run:
         if self.common is not common:
             self.common, self.absolute_of = common, None
             rates, watch, search = common.rates, common.watch, self.record.search
-            if self.rates is not rates:
+            if self.record.keep is not rates:
                 equip(self.record, self.own, rates)
-                self.rates = rates
             if watch is not None and self.m:
                 search.functions = watch.address
                 search.c = rates.constants if watch.constants is None else watch.constants

@@ -60,9 +60,8 @@ def simulator(
         numbers = [state(x) for x in shown.values()]
         try:
             return numbers + holding_forces(kernels.model, state, held)
-        except (
-            ZeroDivisionError
-        ):  # a law has no value at rest, such as the slip of a tyre: no forces hold the machine
+        except ZeroDivisionError:
+            # a law has no value at rest, such as the slip of a tyre: no forces hold the machine
             held.clear()
             return numbers
 
