@@ -9,6 +9,9 @@ from ...scalar.algebra import Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.roots import is_positive, monomial_of
 
+ZERO_ONLY_AT_ZERO = frozenset({"abs", "sqrt", "sinh", "tanh", "asin", "atan"})
+"""Functions that are zero where their argument is, and nowhere else."""
+
 
 def product(pieces: Sequence[Scalar]) -> Scalar:
     """Return the product of all factors."""
@@ -27,9 +30,14 @@ def factors(ring: Ring, x: Scalar, unknowns: set[Any]) -> list[Scalar] | None:
         return []
     if type(x) is not Polynomial:
         return None
-    candidates = [
-        f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
-    ]
+    candidates: list[Scalar] = []
+    for f, _ in ring.factor(x)[1]:
+        used = ring.used(f)
+        if len(used) == len(f) == 1 and (used[0].name or used[0].kind) in ZERO_ONLY_AT_ZERO:
+            candidates += factors(ring, used[0].arguments[0], unknowns) or []
+        elif not is_positive(ring, f.num) and not is_positive(ring, -f.num):
+            candidates.append(f)
+    candidates = list(dict.fromkeys(candidates))
     live = [f for f in candidates if ring.atoms_of(f) & unknowns]
     return live or ([product(candidates)] if candidates else None)
 

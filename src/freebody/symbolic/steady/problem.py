@@ -45,8 +45,10 @@ class Problem:
         Symmetries ξ: index of a speed -> coefficient; the first index names the rate.
     unknowns : tuple of atoms
         Multipliers, rates and coordinates, in the order in which they are solved for.
+    exact : list
+        What is zero on a steady motion, with denominators.
     conditions : tuple
-        Polynomials that are zero on a steady motion, without trivial ones.
+        The numerators of ``exact``, polynomials, without trivial ones.
     """
 
     def __init__(self, e: Equations, terms: Mapping[Any, Expression] | None = None) -> None:
@@ -81,8 +83,8 @@ class Problem:
         for key, value in (terms or {}).items():
             self._introduce(key, value)
         again = Substitution(self.ring, self.ring, self.replaced)
-        conditions = [again(x) for x in conditions]
-        self.conditions = tuple(x for x in (cleared(self.ring, c) for c in conditions) if x != 0)
+        self.exact = [again(x) for x in conditions]
+        self.conditions = tuple(x for x in (cleared(self.ring, c) for c in self.exact) if x != 0)
         self.unknowns = self._unknowns()
 
     # -- set-up -----------------------------------------------------------------------------------
@@ -235,11 +237,6 @@ class Problem:
 
     short = True
     """True if a closed form is sought."""
-
-    @property
-    def exact(self) -> Sequence[Scalar]:
-        """The equations of motion with their denominators, which the conditions lack."""
-        return self.residuals
 
     def defaults(self) -> dict[Any, Any]:
         """Return numbers for atoms of this problem that nothing determines."""

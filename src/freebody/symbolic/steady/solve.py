@@ -54,9 +54,12 @@ def solutions(
 ) -> list[Solution]:
     """Return all solutions of the conditions for the ``unknowns``, one for each choice of factors.
 
-    Factors without any of them are solved for one of the ``others``.
+    Factors without any of them are solved for one of the ``others``. A root of the numerators at which a condition has
+    no value is none.
     """
-    candidates = list(_solved(ring, tuple(conditions), tuple(unknowns), tuple(others), Solution()))
+    numerators = tuple(cleared(ring, x) for x in conditions)
+    found = _solved(ring, numerators, tuple(unknowns), tuple(others), Solution())
+    candidates = [solution for solution in found if _have_values(ring, conditions, solution)]
     return [
         solution
         for k, solution in enumerate(candidates)
@@ -66,6 +69,17 @@ def solutions(
             if j != k
         )
     ]
+
+
+def _have_values(ring: Ring, conditions: Sequence[Scalar], solution: Solution) -> bool:
+    """Return True if no condition divides by zero at a solution."""
+    put_in = Substitution(ring, ring, solution.values)
+    try:
+        for x in conditions:
+            put_in(x)
+    except ZeroDivisionError:
+        return False
+    return True
 
 
 def _covers(general: Solution, special: Solution) -> bool:

@@ -145,6 +145,8 @@ class Linear:
         p = self.problem
         M, C, K = whole = self.matrices(atoms)
         n = len(M)
+        if not all(np.isfinite(A).all() for A in whole):  # a law without a slope, as |y| at zero
+            return Spectrum(np.full(n, np.nan, dtype=complex), 0, False)
         if p.matrix:
             at = Substitution(p.ring, arrays, atoms)
             G = np.array([[float(at(row[j])) for j in p.free] for row in p.matrix])
@@ -411,6 +413,8 @@ def spectral_verdict(spectrum: Spectrum, zeros: int, family: int = 0) -> str:
     A family of dimension k has k zeros, which are double if no force depends on speeds.
     """
     eigenvalues = spectrum.values
+    if np.isnan(eigenvalues).any():
+        return "undecided"
     scale = np.abs(eigenvalues).max(initial=0)
     if family:
         scale = max(scale, spectrum.scale)

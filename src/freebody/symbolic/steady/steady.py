@@ -192,7 +192,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         p = self.problem
         try:
             with p.ring.budget.question("the steady motions in closed form", terms=CLOSED):
-                return solutions(p.ring, p.conditions, unknowns, others)
+                return solutions(p.ring, p.exact, unknowns, others)
         except TooManyTermsError as error:
             self.reason = error.reason
             return [Solution(remaining=p.conditions)]
@@ -226,18 +226,14 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         if self._motions and not all(needs(motion.canonical) for motion in self._motions):
             self._motions = tuple(motion for motion in self._motions if not needs(motion.canonical))
             return
-        missing = needs(self._motions[0].canonical) if self._motions else self._impossible()
+        never = [x for x in p.conditions if factors(p.ring, x, unknowns) is None]
+        missing = needs(self._motions[0].canonical) if self._motions else never or p.conditions
         shown = ", ".join(f"{text(x, p.ring) if type(x) is Polynomial else abs(x)} = 0" for x in missing)
-        raise ModelError(
-            f"'{p.e.model.name}' has no steady motion: it would need {shown}. Change the loads, or choose parameters "
-            f"for which that holds."
-        )
-
-    def _impossible(self) -> list[Any]:
-        p = self.problem
-        live = set(p.unknowns)
-        never = [x for x in p.conditions if factors(p.ring, x, live) is None]
-        return never or list(p.conditions)
+        cure = "Change the loads, or choose parameters for which that holds."
+        if not self._motions and not never and solutions(p.ring, p.conditions, p.unknowns, ()):
+            shown += ", and there the loads or conditions have no value, since they divide by zero"
+            cure = "Change the loads."
+        raise ModelError(f"'{p.e.model.name}' has no steady motion: it would need {shown}. {cure}")
 
     def _refuse_unsolved(self) -> None:
         p = self.problem
@@ -352,7 +348,10 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         ModelError
             There are more unknowns than conditions.
         """
-        with self.problem.ring.budget.question("all steady motions in numbers", NEAR):
+        import numpy as np
+
+        question = self.problem.ring.budget.question("all steady motions in numbers", NEAR)
+        with question, np.errstate(all="ignore"):  # where a law has no value, a root is none
             return self._at(values)
 
     def _at(self, values: Mapping[Any, Expression]) -> tuple[SteadyState, ...]:
@@ -402,10 +401,12 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         with np.errstate(all="ignore"):
             full = self._full({**atoms, **dict(zip(unknowns, x, strict=True))})
             exact = Conditions(p.ring, [E for E in p.exact if type(E) is Polynomial], unknowns, full)
-            missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
+            values = exact.values(x)
+            missed = np.abs(values) / np.maximum(exact.size(x), 1 / 10**300)
             beside = x + np.maximum(1, np.abs(x)) / 10**9
             steep, calm = (np.abs(exact.jacobian(place)).max(initial=0) for place in (x, beside))
-        return not (missed > 1 / 10**6).any() and not steep > 10**6 * calm
+        # a law may have a value without a slope, as |y| at zero
+        return not ((missed > 1 / 10**6).any() or steep > 10**6 * calm or np.isnan(values).any())
 
     def _label(self, roots: Sequence[Any], k: int, unknowns: Sequence[Any]) -> str:
         """Label of one of two roots of a rate: "fast" or "slow"; else ""."""

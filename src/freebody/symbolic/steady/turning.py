@@ -142,7 +142,7 @@ class TurningProblem(Problem):
         self.rates = (*dict.fromkeys(more), *(model.speeds[j].symbol for j in self.pivots))
         self._form()
         self.terms, self.replaced = {}, {}
-        numerators = (cleared(self.ring, x) for x in self.raw)
+        numerators = (cleared(self.ring, x) for x in self.exact)
         self.conditions = tuple(x for x in numerators if x != 0)
         self.short = len(self.unknown_angles) <= SHORT
         self.unknowns = self._unknowns()
@@ -327,7 +327,7 @@ class TurningProblem(Problem):
                 )
                 values.update(zip(self.coordinates[link.q : link.q + 3], p, strict=True))
         state = _Turned(e.state, q, u, turned)
-        self.raw = list(inverse_dynamics(model, state, udot))
+        self.exact = list(inverse_dynamics(model, state, udot))
         for speed, x, a in zip(model.speeds, u, udot, strict=True):
             values[speed.symbol] = x
             values[speed.acceleration] = a
@@ -372,11 +372,6 @@ class TurningProblem(Problem):
                 e = quaternion_product(e, (np.cos(half), *(x * np.sin(half) for x in axis)))
             result.update({self.coordinates[start + k]: float(x) for k, x in enumerate(e)})
         return result
-
-    @property
-    def exact(self) -> Sequence[Scalar]:
-        """The equations of motion in the angles of the joints."""
-        return self.raw
 
     def defaults(self) -> dict[Any, Any]:
         """Return zero for angles and rates that nothing determines."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -293,6 +294,46 @@ def test_continuation_refuses(parameter, span, message) -> None:
 def test_no_steady_motion(build, message) -> None:
     with pytest.raises(fb.errors.ModelError, match=message):
         fb.steady_motions(build())
+
+
+def along(law: str) -> fb.System:
+    """A particle on a line under a force by its coordinate z."""
+    s = fb.System("along")
+    s.slider("j", s.ground, s.body("b", fb.particle(1)), axis="z", coordinate="z")
+    s.generalized_force("z", law)
+    return s
+
+
+def test_a_root_at_which_gravitation_has_no_value_is_none() -> None:
+    s = fb.System("attracted")
+    b = s.body("b", fb.particle(1))
+    s.slider("j", s.ground, b, axis="z", coordinate="z")
+    s.gravitation("pull", b, parameter=2)
+    message = "'attracted' has no steady motion: it would need 2*z = 0, and there the loads or conditions have no value"
+    with pytest.raises(fb.errors.ModelError, match=re.escape(message)):
+        fb.steady_motions(s)
+
+
+@pytest.mark.parametrize(
+    ("law", "forms", "roots"),
+    [
+        ("z*(z - 2)/abs(z)", ["z = 2"], [2]),  # -+2 beside zero, no value there
+        ("abs(z)/z - z", ["any z  where abs(z) - z^2 = 0"], [-1, 1]),
+        ("z^2/z - z^3", ["z = 0", "z = 1", "z = -1"], [-1, 0, 1]),  # the quotient is z, also at zero
+        ("-abs(z)", ["z = 0"], [0]),  # a value without a slope
+        ("-tanh(z)", ["z = 0"], [0]),
+        ("z*sqrt(z) - z*abs(z)", ["z = 0", "any z  where abs(z) - sqrt(z) = 0"], [0, 1]),
+    ],
+)
+def test_roots_are_where_the_law_has_a_value(law, forms, roots) -> None:
+    motions = fb.steady_motions(along(law))
+    assert motions.text().splitlines()[1:] == forms
+    assert [state.values["z"] for state in motions.states] == pytest.approx(roots, rel=1e-15)
+
+
+def test_a_law_without_a_slope_leaves_stability_undecided() -> None:
+    (state,) = fb.steady_motions(along("-abs(z)")).states
+    assert (state.stability.spectral, state.stability.energy) == ("undecided", "undecided")
 
 
 def test_unknown_names() -> None:
