@@ -38,7 +38,7 @@ def analyze(
     """
     import json
 
-    from ..studies.analysis import analysis
+    from ..studies.analysis.analysis import analysis
 
     if not patience > 0:
         raise click.BadParameter(

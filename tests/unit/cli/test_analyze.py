@@ -14,7 +14,9 @@ import freebody as fb
 from freebody.cli import main
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.studies.analysis import OutOfTimeError, analysis, plain_latex, within
+from freebody.studies.analysis.analysis import analysis
+from freebody.studies.analysis.deadline import OutOfTimeError, within
+from freebody.studies.analysis.section import plain_latex
 from sampled import sampled
 
 OSCILLATOR = """\
