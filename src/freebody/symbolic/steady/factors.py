@@ -42,6 +42,11 @@ def factors(ring: Ring, x: Scalar, unknowns: set[Any]) -> list[Scalar] | None:
     return live or ([product(candidates)] if candidates else None)
 
 
+def live_factors(ring: Ring, x: Scalar, unknowns: set[Any]) -> list[Scalar]:
+    """Return the factors that may be zero; x itself where none may."""
+    return factors(ring, x, unknowns) or [x]
+
+
 def excluded(ring: Ring, x: Scalar, unknowns: set[Any]) -> list[Scalar]:
     """Return the sums of parameters that :func:`factors` takes as not zero; if one is, the condition holds anyway."""
     possible = factors(ring, x, unknowns)

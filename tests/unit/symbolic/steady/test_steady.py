@@ -671,9 +671,9 @@ def test_a_state_in_which_a_law_has_no_value_is_no_steady_motion() -> None:
     s.generalized_force("x", "F - C*x'/sqrt(x'^2 + y'^2)")
     s.generalized_force("y", "-F/5 - C*y'/sqrt(x'^2 + y'^2)")
     motions = fb.steady_motions(fb.equations(s))
-    atoms, unknowns, _ = motions._numbers({"m": 1, "F": 1, "C": 2})
+    atoms, unknowns, _ = motions._in_numbers._numbers({"m": 1, "F": 1, "C": 2})
     places = {str(atom): k for k, atom in enumerate(unknowns)}
     state = np.zeros(len(unknowns))
     state[[places["Derivative(x(t), t)"], places["Derivative(y(t), t)"]]] = 1e-20, -2e-21
-    assert not motions._balanced(atoms, unknowns, state)
+    assert not motions._in_numbers._balanced(atoms, unknowns, state)
     assert motions.at({"m": 1, "F": 1, "C": 2}) == ()
