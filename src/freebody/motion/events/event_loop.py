@@ -436,7 +436,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         why = event_run.END_OF_SIDE
     elif law == laws.SIDE:
         why = event_run.ONTO_SIDE
-    elif law == laws.LINE_CONE or law == laws.CONE:
+    elif law == laws.LINE_CONE or law == laws.CONE or law == laws.YIELD:
         why = event_run.CONE_REACHED
         it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0

@@ -402,7 +402,10 @@ def log_events(run: Run, count: int) -> float:
     search, t, h = run.search, run.t, run.h
     for k in range(count):
         e, sign = search.zero_number[k], search.zero_sign[k]
-        insert_event(run, k, refined_event(run, e, sign, search.zero_x[k]), e, sign)
+        x = refined_event(run, e, sign, search.zero_x[k])
+        if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
+            x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))
+        insert_event(run, k, x, e, sign)
     stop, latest = -1.0, search.reach
     for k in range(count):
         x = search.zero_x[k]
