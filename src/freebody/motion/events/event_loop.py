@@ -120,7 +120,11 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     it.stage = event_run.SETTLE
     # slips begin and stop in turn: one of two events that follow each other has one
     crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2 and slow_slips(it) > 0
-    if it.hit == 0 and (crowded or it.checking != 0) and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+    if (
+        it.hit == 0
+        and (crowded or it.checking != 0)
+        and decided_by_speeds(it, contacts, it.target - it.t) != 0
+    ):
         return RUNNING
     it.checking = 0
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
