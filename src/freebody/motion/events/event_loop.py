@@ -27,7 +27,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
-from .speeds import decided_by_speeds, keep_start, slow_slips
+from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 from .stiffness import is_slow
 
 
@@ -255,21 +255,6 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         keep_start(it)
     begin_steps(it, run, end)
     return RUNNING
-
-
-@compiled
-def end_of_phase(it: EventRun) -> float:
-    """Return the time at which a phase ends if no event ends it."""
-    return lesser(it.until, it.target) if it.resting != 0 or it.holding != 0 else it.target
-
-
-@compiled
-def open_cones(it: EventRun) -> None:
-    """Leave it to the next step of the speeds whether forces that are open can hold contacts at rest."""
-    phase = PhaseData(it.phase)
-    for i in range(phase.endings):
-        if phase.law[i] == laws.CONE or phase.law[i] == laws.LINE_CONE:
-            phase.law[i] = laws.NEVER
 
 
 @compiled

@@ -147,6 +147,21 @@ def hold_shorter(it: EventRun) -> None:
 
 
 @compiled
+def end_of_phase(it: EventRun) -> float:
+    """Return the time at which a phase ends if no event ends it."""
+    return lesser(it.until, it.target) if it.resting != 0 or it.holding != 0 else it.target
+
+
+@compiled
+def open_cones(it: EventRun) -> None:
+    """Leave it to the next step of the speeds whether forces that are open can hold contacts at rest."""
+    phase = PhaseData(it.phase)
+    for i in range(phase.endings):
+        if phase.law[i] == laws.CONE or phase.law[i] == laws.LINE_CONE:
+            phase.law[i] = laws.NEVER
+
+
+@compiled
 def slow_slips(it: EventRun) -> int:
     """Return the number of slips in space of closed contacts below `SLOW`."""
     found = 0
