@@ -397,7 +397,7 @@ def log_events(run: Run, count: int) -> float:
 
     Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
     simultaneous and are kept. A terminal event at the very start does not stop the run: otherwise a motion could not be
-    started again from it. One that is guarded and happens after it stops the run at the next moment: else what it tells,
+    started again from it. One that is guarded and happens after it stops the run a moment later: else what it tells,
     such as other features of a patch, would be passed over. Where a function loses its value, the step stops as at a
     terminal event.
     """
