@@ -27,7 +27,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, fading, halt, hold
-from .speeds import decided_by_speeds, slow_slips
+from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 from .stiffness import is_slow
 
 
@@ -107,7 +107,7 @@ def arrive(it: EventRun) -> int:
     for k in range(it.contacts):
         it.left[k] = it.parted[k] = 0
     find_closed(it)
-    it.stage, it.resting = event_run.COLLIDE, 0
+    it.stage, it.resting, it.holding = event_run.COLLIDE, 0, 0
     return event_run.TOO_MANY if it.crowd > event_run.ENDLESS or it.phases > it.most_phases else RUNNING
 
 
@@ -118,9 +118,15 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     if status != 0:
         return status
     it.stage = event_run.SETTLE
-    crowded = it.crowd % event_run.CROWDED == event_run.CROWDED - 1 and it.hit == 0 and slow_slips(it) > 0
-    if crowded and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+    # slips begin and stop in turn: one of two events that follow each other has one
+    crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2 and slow_slips(it) > 0
+    if (
+        it.hit == 0
+        and (crowded or it.checking != 0)
+        and decided_by_speeds(it, contacts, it.target - it.t) != 0
+    ):
         return RUNNING
+    it.checking = 0
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
@@ -190,8 +196,10 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         it.bounces, it.stage = 0, event_run.ARRIVE
         return RUNNING
     longest, end = event_run.LONGEST, it.target
+    if it.holding != 0 and it.spare_count > 0:
+        open_cones(it)
     if it.resting != 0:
-        it.bounces, end = 0, lesser(it.until, it.target)
+        it.bounces, end = 0, end_of_phase(it)
         clear_reasons(it, event_run.NO_REASON)
         for k in range(it.contacts):
             if it.resters[k] != 0:
@@ -226,7 +234,7 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
     project(it)
     look(it)
     lift(it, contacts)
-    end = lesser(it.until, it.target) if it.resting != 0 else it.target
+    end = end_of_phase(it)
     if it.resting == 0:
         if joined(it) != 0:
             it.stage = event_run.ARRIVE
@@ -243,6 +251,8 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         if it.watch[it.followed - 1] < 0.0:  # a tie of features: the correction has decided it
             it.stage = event_run.ARRIVE
             return event_run.OTHER_PLACES
+    if it.holding != 0:
+        keep_start(it)
     begin_steps(it, run, end)
     return RUNNING
 
@@ -324,6 +334,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     if status == FINISHED and it.resting != 0 and it.until < it.target:
         end_rest(it)
         code = RUNNING
+    elif status == FINISHED and it.holding != 0 and it.until < it.target:
+        it.checking, it.stage, code = 1, event_run.ARRIVE, RUNNING
     elif status == TERMINAL:
         code = reasons(it, run)
     if it.refuse != 0 and it.spare_count > 0 and forces_decided(it, contacts) != 0:
@@ -436,7 +448,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         why = event_run.END_OF_SIDE
     elif law == laws.SIDE:
         why = event_run.ONTO_SIDE
-    elif law == laws.LINE_CONE or law == laws.CONE:
+    elif law == laws.LINE_CONE or law == laws.CONE or law == laws.YIELD:
         why = event_run.CONE_REACHED
         it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0
@@ -474,7 +486,7 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
-                begin_steps(it, run, it.target)
+                begin_steps(it, run, end_of_phase(it))
                 return RUNNING
             return RUNNING
     it.stage = event_run.ARRIVE
@@ -496,5 +508,5 @@ def judge(it: EventRun, run: Run, contacts: Contacts) -> int:
         look(it)
         set_up(it, contacts)  # the decision has written the equations of its own modes
         if it.halting != 0:
-            begin_steps(it, run, it.target)
+            begin_steps(it, run, end_of_phase(it))
     return RUNNING

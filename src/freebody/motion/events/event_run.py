@@ -35,6 +35,8 @@ LONGEST = 1e-6
 return, is nudged."""
 SHORTEST = LONGEST / 10
 """Length of the first step of the speeds alone [s]."""
+HELD = 1000 * LONGEST
+"""Greatest length of a phase in which contacts are at rest by forces that are open at their limits [s]."""
 SLOW = 10 * STOPPED
 """Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 RAY = 7
@@ -125,10 +127,13 @@ class EventRun(Record):
     ``stage``                     where the loop goes on
     ``stale``                     1 if the contacts are to be looked at anew
     ``t``, ``y``, ``target``      the moment, and where the run stops
-    ``until``, ``resting``        end of the remaining bounces, and 1 while they last
+    ``until``, ``resting``        end of the remaining bounces or of a phase that is held, and 1 while bounces last
     ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``leap``, ``leapt``           length and end of the last step of the speeds alone
+    ``holding``, ``checking``     1 while a phase has the modes of such a step, until ``until``; 1 at its end
+    ``hold``                      length of the last such phase
+    ``held_*``                    state and log at its start
     ``impulses``                  work of impacts and blows
     ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff
     ``stop``                      not 0 pauses the run; another thread writes it
@@ -207,6 +212,15 @@ class EventRun(Record):
     last: Real
     leap: Real
     leapt: Real
+    holding: Whole
+    checking: Whole
+    hold: Real
+    held_from: Real
+    held_work: Real
+    held_marks: Whole
+    held_numbers: Whole
+    held_rows: Whole
+    held_phases: Whole
     impulses: Real
     implicit: Whole
     budget: Whole
@@ -229,6 +243,7 @@ class EventRun(Record):
     y: Annotated[Row, "n_y"]
     start: Annotated[Row, "n_y"]
     kept: Annotated[Row, "n_y"]
+    held_state: Annotated[Row, "n_y"]
     trial: Annotated[Row, "n_y"]
     seen: Annotated[Row, "seen_size"]
     gap: Row

@@ -11,14 +11,15 @@ Source: J. J. Moreau, Unilateral contact and dry friction in finite freedom dyna
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, lesser, run_by
+from ...native.instructions import compiled, greater, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
+from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import choose, copy, look, slip_speed
+from .moment import approaches, choose, copy, is_smooth, largest, look, slip_speed
 from .setting import normalise
 from .slips import log_leap
 
@@ -81,17 +82,83 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
 def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     """Pass a step of the speeds where slips begin and end faster than events tell; return 1 if it did, else 0.
 
-    Steps that follow each other grow to twice their length, up to `LONGEST`.
+    Steps that follow each other grow to twice their length, up to `LONGEST`. If contacts are at rest after it by forces
+    that are open, a phase with their modes follows, to its end at the next such step.
     """
+    checked = it.checking
+    it.checking = 0
     again = it.t - it.leapt <= 2.0 * it.leap
     length = lesser(2.0 * it.leap, event_run.LONGEST) if again else event_run.SHORTEST
     if length > longest or step_of_speeds(it, contacts, length) == 0:
         return 0
     it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
+    if hold_at_rest(it, contacts) != 0:
+        longer = lesser(4.0 * it.hold, event_run.HELD)
+        it.hold = longer if checked != 0 else event_run.LONGEST
+        it.until, it.holding, it.stage = it.t + it.hold, 1, event_run.SET_UP
+    elif checked != 0 and it.hold > event_run.LONGEST:
+        hold_shorter(it)
+        return 1
     for k in range(it.contacts):
         if it.reason[k] == event_run.CONE_REACHED:
             it.reason[k] = event_run.NO_REASON
     return 1
+
+
+@compiled
+def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
+    least, found = event_run.SMALL * largest(contacts.forces, contacts.rows), 0
+    if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
+        return 0
+    for i in range(it.count):
+        if contacts.presser[i] >= 0 or it.tangents[it.chosen[i]] == 1:
+            return 0
+    for k in range(it.contacts):
+        it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
+    for i in range(it.count):
+        k = it.chosen[i]
+        if it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least:
+            rests = it.tangents[k] == 2 and contacts.static[i] > 0.0 and slip_speed(it, k) <= it.still
+            it.mode[k] = laws.STICK if rests else laws.SLIDE
+            if it.mode[k] == laws.SLIDE and is_smooth(it, k) and it.rough[k] != 0:
+                it.mode[k] = laws.SMOOTH
+            found += 1 if rests else 0
+    return 1 if found > 1 else 0
+
+
+@compiled
+def keep_start(it: EventRun) -> None:
+    """Keep state and log at the start of a phase that is held."""
+    copy(it.y, it.held_state, it.n_y)
+    it.held_from, it.held_work, it.held_phases = it.t, it.impulses, it.phases
+    it.held_marks, it.held_numbers, it.held_rows = it.marked, it.numbered, it.logged
+
+
+@compiled
+def hold_shorter(it: EventRun) -> None:
+    """Go back to the start of a phase that was held too long: contacts had begun to slip before its end."""
+    copy(it.held_state, it.y, it.n_y)
+    it.t, it.impulses, it.phases = it.held_from, it.held_work, it.held_phases
+    it.marked, it.numbered, it.logged = it.held_marks, it.held_numbers, it.held_rows
+    it.hold = greater(it.hold / 8.0, event_run.LONGEST)
+    it.until, it.holding, it.stage, it.leapt = it.t + it.hold, 1, event_run.LAUNCH, it.t
+    look(it)
+
+
+@compiled
+def end_of_phase(it: EventRun) -> float:
+    """Return the time at which a phase ends if no event ends it."""
+    return lesser(it.until, it.target) if it.resting != 0 or it.holding != 0 else it.target
+
+
+@compiled
+def open_cones(it: EventRun) -> None:
+    """Leave it to the next step of the speeds whether forces that are open can hold contacts at rest."""
+    phase = PhaseData(it.phase)
+    for i in range(phase.endings):
+        if phase.law[i] == laws.CONE or phase.law[i] == laws.LINE_CONE:
+            phase.law[i] = laws.NEVER
 
 
 @compiled

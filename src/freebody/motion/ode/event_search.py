@@ -397,12 +397,17 @@ def log_events(run: Run, count: int) -> float:
 
     Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
     simultaneous and are kept. A terminal event at the very start does not stop the run: otherwise a motion could not be
-    started again from it. Where a function loses its value, the step stops as at a terminal event.
+    started again from it. One that is guarded and happens after it stops the run a moment later: else what it tells,
+    such as other features of a patch, would be passed over. Where a function loses its value, the step stops as at a
+    terminal event.
     """
     search, t, h = run.search, run.t, run.h
     for k in range(count):
         e, sign = search.zero_number[k], search.zero_sign[k]
-        insert_event(run, k, refined_event(run, e, sign, search.zero_x[k]), e, sign)
+        x = refined_event(run, e, sign, search.zero_x[k])
+        if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
+            x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))
+        insert_event(run, k, x, e, sign)
     stop, latest = -1.0, search.reach
     for k in range(count):
         x = search.zero_x[k]

@@ -57,6 +57,8 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
         return sign * v[1]
     if law == laws.STOP:
         return v[1] * v[1] + v[2] * v[2] - laws.STOPPED_SQUARE
+    if law == laws.YIELD:
+        return laws.YIELDED_SQUARE - v[1] * v[1] - v[2] * v[2]
     mu = static_friction_of(phase, k)
     most = mu * (F[0] + adhesion_of(phase, k)) + (1.0 + mu) * size
     if law == laws.CONE:

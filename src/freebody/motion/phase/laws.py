@@ -11,9 +11,9 @@ and at rest at its limit of friction."""
 NO_SLIP, ALONG, PLUS, MINUS, FIXED = range(5)
 """Directions of slip: none or without friction, along the slip velocity, along the tangent, against it, or fixed: a
 contact at rest at its limit of friction."""
-GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER, PRESS, RELEASE = range(11)
-"""Laws of endings. A compliant contact closes by PRESS and opens by RELEASE. The place of a reach is its number, of
-other laws -1."""
+GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER, PRESS, RELEASE, YIELD = range(12)
+"""Laws of endings. A compliant contact closes by PRESS and opens by RELEASE; YIELD is the slip of one at its limit of
+friction. The place of a reach is its number, of other laws -1."""
 
 ROUNDED = 2.0**-44
 """Round-off of a contact force relative to the sum of its parts: 256 units in the last place.
@@ -28,6 +28,8 @@ equality.
 STOPPED = 1e-8
 """Slip speed in space below which the slip ends with one straight step [m/s]."""
 STOPPED_SQUARE = STOPPED**2
+YIELDED_SQUARE = (4 * STOPPED) ** 2
+"""Square of the speed at which a contact that is at its limit of friction slips, since the others do not hold it."""
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
 DEPENDENT = 1e-10

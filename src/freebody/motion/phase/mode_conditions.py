@@ -133,6 +133,8 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
             law, sign = laws.LINE_STOP, 1 if mode == laws.SLIDE_ON else -1
         elif mode == laws.SLIDE and n == 2 and phase.rough[k] != 0:
             law = laws.STOP
+        elif mode == laws.LIMIT:
+            law = laws.YIELD
         if n > 0:
             i = set_ending(phase, i, law, sign)
         if n == 1:
