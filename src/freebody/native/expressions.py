@@ -80,7 +80,9 @@ def assigned(node: ast.stmt) -> tuple[ast.expr, ...]:
     """What a statement assigns to: names, components, fields."""
     targets: list[Any] = []
     for x in statements(node):
-        targets += getattr(x, "targets", None) or [target for target in [getattr(x, "target", None)] if target]
+        targets += getattr(x, "targets", None) or [
+            target for target in [getattr(x, "target", None)] if target
+        ]
     for target in targets:
         if isinstance(target, ast.Tuple):
             targets += target.elts

@@ -89,14 +89,13 @@ def made(
         return _loops[label]
 
 
-def ahead(makers: Sequence[Callable[[], Any]]) -> None:
-    """Begin to make the loops that these functions return, in threads, so that LLVM compiles one while the next is
-    translated. Who needs one calls `made`, and waits.
-    """
-    pool = ThreadPoolExecutor(2, thread_name_prefix="freebody")
-    for maker in makers:
-        pool.submit(maker)  # what it refuses is refused again where the loop is needed
-    pool.shutdown(wait=False)
+def make_together(makers: Sequence[Callable[[], Any]]) -> None:
+    """Make the loops that these functions return: LLVM compiles one while the next is translated."""
+    with ThreadPoolExecutor(
+        2, thread_name_prefix="freebody"
+    ) as pool:  # none goes on: the process may fork later
+        for maker in makers:
+            pool.submit(maker)  # what it refuses is refused again where the loop is needed
 
 
 def code(module: str, name: str) -> Function:

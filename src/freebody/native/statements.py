@@ -201,9 +201,9 @@ class Body(Expressions):
         yes, after = Join(), Join()
         no = Join() if node.orelse else after
         self.branch(node.test, yes, no)
-        for join, statements in ((yes, node.body), (no, node.orelse)):
+        for join, part in ((yes, node.body), (no, node.orelse)):
             if join is not after and self.enter(join):
-                self.block(statements)
+                self.block(part)
                 self.finish(after)
         self.enter(after)
 

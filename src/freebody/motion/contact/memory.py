@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...native.loop import ahead
+from ...native.loop import make_together
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events.code import code
@@ -214,8 +214,8 @@ def _piece(method: str) -> int:
 
 @cache
 def _load(method: str) -> None:
-    """Begin to load or compile all that a run needs, in the order in which it does."""
-    ahead((compiled_code, functions, partial(loops.functions, method), partial(code, "go_on")))
+    """Load or compile the code of a run, once in a process."""
+    make_together((compiled_code, functions, partial(loops.functions, method), partial(code, "go_on")))
 
 
 def memory_of(
