@@ -21,6 +21,7 @@ import json
 import os
 import sys
 import tempfile
+import threading
 import time
 import warnings
 from pathlib import Path
@@ -33,6 +34,7 @@ LIMIT = 256 * 2**20
 
 _SECRET, _LENGTH = "secret", 32
 _DAY = 86400.0
+_STORING = threading.Lock()
 _warned: set[Path | None] = set()
 """Folders about which a warning was issued."""
 
@@ -95,13 +97,14 @@ def store(key: str, header: dict[str, Any], code: bytes) -> bool:
     text = json.dumps(header).encode()
     payload = b"".join((len(text).to_bytes(4, "little"), text, code))
     try:
-        ownership.make_folder(place)
-        secret = _secret(place)
-        if secret is None:  # if two processes make one at once, the later one stays
-            _put(place, _SECRET, os.urandom(_LENGTH))
-            secret = _secret(place) or b""
-        _put(place, f"{key}.o", _signature(secret, key, payload) + payload)
-        trim(place)
+        with _STORING:  # two threads would make two secrets
+            ownership.make_folder(place)
+            secret = _secret(place)
+            if secret is None:  # if two processes make one at once, the later one stays
+                _put(place, _SECRET, os.urandom(_LENGTH))
+                secret = _secret(place) or b""
+            _put(place, f"{key}.o", _signature(secret, key, payload) + payload)
+            trim(place)
     except (OSError, ownership.Untrusted) as error:
         _warn_once(place, error)
         return False

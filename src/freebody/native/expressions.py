@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -64,6 +65,30 @@ def in_memory(builder: Any, t: Any) -> Any:
     return t if lanes_of(t.type) == 1 else variable(builder, t)
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """A statement or a module, and all statements in it: their expressions are twenty times as many."""
+    waiting = [node]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting += getattr(node, name, ())
+
+
+@cache
+def assigned(node: ast.stmt) -> tuple[ast.expr, ...]:
+    """What a statement assigns to: names, components, fields."""
+    targets: list[Any] = []
+    for x in statements(node):
+        targets += getattr(x, "targets", None) or [
+            target for target in [getattr(x, "target", None)] if target
+        ]
+    for target in targets:
+        if isinstance(target, ast.Tuple):
+            targets += target.elts
+    return tuple(targets)
+
+
 class Join:
     """A block, and the ways that lead to it: the last block of each, and the values of its variables."""
 
@@ -113,6 +138,9 @@ class Ways:
             return False
         self.builder.position_at_end(join.block)
         (_, first), *others = join.ways
+        if not others:
+            self.values = first
+            return True
         self.values = {}
         for name, value in first.items():
             constant = is_number(value) or isinstance(value, tuple)
@@ -134,9 +162,9 @@ class Ways:
     def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
         """Begin a loop: its first block, and the meetings there of the variables that it changes."""
         names = set()
-        for x in ast.walk(node):
+        for x in assigned(node):
             target = x.value if isinstance(x, ast.Subscript) and self.is_name_of_lanes(x.value) else x
-            if isinstance(target, ast.Name) and isinstance(x.ctx, ast.Store):  # type: ignore[attr-defined]
+            if isinstance(target, ast.Name):
                 names.add(target.id)
         before, head = self.builder.block, self.builder.append_basic_block()
         self.builder.branch(head)
@@ -243,14 +271,11 @@ class Expressions(Ways):
             return not decisive if known else None
         return None if self.varies(node) else bool(self.value(node))
 
-    def varies(self, node: ast.expr) -> bool:
+    def varies(self, node: ast.AST) -> bool:
         """Return whether an expression is known only in the running code."""
-        return any(
-            isinstance(part, ast.Call | ast.Subscript)
-            or isinstance(part, ast.Name)
-            and part.id in self.locals
-            for part in ast.walk(node)
-        )
+        if isinstance(node, ast.Name):
+            return node.id in self.locals
+        return isinstance(node, ast.Call | ast.Subscript) or any(map(self.varies, ast.iter_child_nodes(node)))
 
     def branch(self, node: ast.expr, yes: Join, no: Join, unlikely: bool = False) -> None:
         """Branch to one of two blocks; the parts after a decisive one are not evaluated."""

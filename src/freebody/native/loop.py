@@ -13,6 +13,7 @@ import hashlib
 import importlib
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
@@ -23,8 +24,8 @@ from . import codegen, sources
 from .records import Record, address
 
 _REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
-_LOCK = threading.Lock()
 _loops: dict[str, Loop] = {}
+_locks: dict[str, threading.Lock] = {}
 
 
 class Loop(NamedTuple):
@@ -82,10 +83,19 @@ def made(
     ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
-    with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
-        if label not in _loops:
+    with _locks.setdefault(label, threading.Lock()):
+        if label not in _loops:  # two threads would make two loops, and one would be unloaded while it runs
             _loops[label] = _made(key(label, *modules), names, make, lanes, short, rare)
         return _loops[label]
+
+
+def make_together(makers: Sequence[Callable[[], Any]]) -> None:
+    """Make the loops that these functions return: LLVM compiles one while the next is translated."""
+    with ThreadPoolExecutor(
+        2, thread_name_prefix="freebody"
+    ) as pool:  # none goes on: the process may fork later
+        for maker in makers:
+            pool.submit(maker)  # what it refuses is refused again where the loop is needed
 
 
 def code(module: str, name: str) -> Function:

@@ -97,23 +97,30 @@ def field_of(pointer: Any, name: str) -> Field:
     return field
 
 
-def _inside(builder: Any, pointer: Any, distance: int) -> Any:
-    """Pointer to a byte of a record."""
-    return builder.gep(builder.bitcast(pointer, BYTE.as_pointer()), [WHOLE(distance)])
+def _inside(builder: Any, pointer: Any, distance: int, kind: Any) -> Any:
+    """Pointer to a part of a record, so many bytes behind its first."""
+    result = builder.gep(pointer, [WHOLE(distance)])
+    result.type = kind  # pointers of LLVM have no types: no bitcast, of which there would be one for each use
+    return result
 
 
 def place(builder: Any, pointer: Any, field: Field, word: int = 0) -> Any:
     """Pointer to a field, or to a later word of it."""
     kind = _in_memory(field) if word == 0 else WHOLE
-    return builder.bitcast(_inside(builder, pointer, field.place + 8 * word), kind.as_pointer())
+    return _inside(builder, pointer, field.place + 8 * word, kind.as_pointer())
+
+
+def is_constant(field: Field) -> bool:
+    """Return whether no compiled code changes the value of a field: a count, a row, a kernel or a nested record."""
+    return field.nested is not None or field.kind not in ASSIGNED
 
 
 def value(builder: Any, pointer: Any, field: Field) -> Any:
     """Value of a field: a number, a pointer, a record or a table."""
     if field.nested is not None:
-        return builder.bitcast(_inside(builder, pointer, field.place), RecordPointer(field.nested))
+        return _inside(builder, pointer, field.place, RecordPointer(field.nested))
     result = builder.load(place(builder, pointer, field), align=8)
-    if field.kind in ASSIGNED:
+    if not is_constant(field):
         return result
     _never_changes(builder, result)
     if field.kind == "Rows":
@@ -138,7 +145,7 @@ def _never_changes(builder: Any, load: Any) -> None:
 def assigned_place(builder: Any, pointer: Any, name: str) -> Any:
     """Pointer to a field that compiled code may assign."""
     field = field_of(pointer, name)
-    if field.kind not in ASSIGNED or field.nested is not None:
+    if is_constant(field):
         what, cure = {
             "Count": ("a count", "Only Python assigns it."),
             "Kernel": ("a kernel", "Only Python assigns it."),

@@ -88,6 +88,8 @@ def _imported(text: bytes, room: str, package: Path) -> set[str]:
 def changed() -> bool:
     """Return whether a source has changed since this process started, which may run an older text, or is missing."""
     try:
-        return any(time > IMPORTED or file.stat().st_mtime_ns != time for file, time in _stamps.items())
+        return any(
+            time > IMPORTED or file.stat().st_mtime_ns != time for file, time in _stamps.copy().items()
+        )
     except OSError:
         return True

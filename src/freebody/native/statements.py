@@ -27,7 +27,7 @@ from .arithmetic import (
     operated,
     wide,
 )
-from .expressions import Expressions, Join
+from .expressions import Expressions, Join, statements
 from .functions import Compiled, components, counted, each, is_wide, type_of, unrolled
 from .record_access import length_of
 from .records import WIDTH
@@ -36,11 +36,10 @@ from .rows import Components, LoopOverComponents, RowFormula, begun, reduced
 
 @cache
 def _syntax(file: str) -> dict[int, ast.FunctionDef]:
-    """Functions of a file by their first line, decorators included."""
-    tree = ast.parse(Path(file).read_bytes())
+    """Functions of a file by their first line, decorators included. They stand in statements, not in expressions."""
     return {
         min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]): node
-        for node in ast.walk(tree)
+        for node in statements(ast.parse(Path(file).read_bytes()))
         if isinstance(node, ast.FunctionDef)
     }
 
@@ -199,11 +198,12 @@ class Body(Expressions):
         if truth is not None:
             self.block(node.body if truth else node.orelse)
             return
-        yes, no, after = Join(), Join(), Join()
+        yes, after = Join(), Join()
+        no = Join() if node.orelse else after
         self.branch(node.test, yes, no)
-        for join, statements in ((yes, node.body), (no, node.orelse)):
-            if self.enter(join):
-                self.block(statements)
+        for join, part in ((yes, node.body), (no, node.orelse)):
+            if join is not after and self.enter(join):
+                self.block(part)
                 self.finish(after)
         self.enter(after)
 

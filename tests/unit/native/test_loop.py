@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -193,6 +194,36 @@ def test_threads_share_one_loop(monkeypatch):
     assert count == [1]
     assert len(found) == 4
     assert all(one is found[0] for one in found)
+
+
+def test_loops_made_together_are_those_made_alone(folder, monkeypatch):
+    """One is compiled while the next is translated, and both are kept under one secret."""
+    monkeypatch.setattr(native, "_loops", {})
+    modules = ("motion.ode.crossing", "motion.start.gauss_newton")
+    names = ("approached", "close")
+    native.make_together(
+        [partial(native.code, module, name) for module, name in zip(modules, names, strict=True)]
+    )
+    together = dict(native._loops)
+    assert set(together) == {f"{module} {name}" for module, name in zip(modules, names, strict=True)}
+    assert not any(one.from_disk for one in together.values())
+    kept = {file.name: file.read_bytes() for file in (folder).glob("*.o")}
+    assert len(kept) == 2
+    native._loops.clear()
+    assert (
+        native.code(modules[0], names[0]).arguments
+        == together[f"{modules[0]} {names[0]}"].functions[names[0]].arguments
+    )
+    assert all(one.from_disk for one in native._loops.values())
+
+
+def test_what_cannot_be_made_together_is_refused_where_it_is_needed():
+    def refuses():
+        raise TypeError("no loop")
+
+    native.make_together([refuses])
+    with pytest.raises(TypeError, match="no loop"):
+        refuses()
 
 
 # --- standing alone --------------------------------------------------------------------------------

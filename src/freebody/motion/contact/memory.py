@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...native.loop import make_together
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
+from ..events.code import code
 from ..events.event_run import PIECE, EventRun, event_run
 from ..kernels.kernels import Kernels
 from ..ode import loops
@@ -209,6 +212,12 @@ def _piece(method: str) -> int:
     return address
 
 
+@cache
+def _load(method: str) -> None:
+    """Load or compile the code of a run, once in a process."""
+    make_together((compiled_code, functions, partial(loops.functions, method), partial(code, "go_on")))
+
+
 def memory_of(
     kernels: Kernels, scene: Scene, key: Watched, parameters: Array, patches: Patches | None
 ) -> Memory:
@@ -217,6 +226,7 @@ def memory_of(
     try:
         result: Memory = spare.pop()
     except IndexError:  # none, or another thread took it
+        _load(key.method)
         result = Memory(kernels, scene, patches)
         result.prepare(parameters, key)
     else:

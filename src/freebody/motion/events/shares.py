@@ -75,6 +75,8 @@ def moved_by_shares(it: EventRun, contacts: Contacts, count: int) -> float:
         for b in range(count):
             S[a * count + b] = ray_product(it, a, b)
     rank = eliminated(contacts, count)
+    if rank == count:
+        return 0.0
     for b in range(count):
         z[b] = 0.0
     for b in range(count):
@@ -126,6 +128,8 @@ def motion_of(it: EventRun, z: Reals, count: int) -> float:
     for i in range(it.n):
         x = 0.0
         for b in range(count):
+            if z[b] == 0.0:
+                continue
             r = it.list[b]
             x += z[b] * it.X[r * it.n + i]
             for j in range(event_run.RAY):
