@@ -9,8 +9,9 @@
     finish    u' from the second derivatives of the displacements; energies; power                   (straight)
 
 From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, with accelerations and the
-wrenches that they need, and transmitted (wrenches, tips first). The mass matrix takes composite inertias, tips first, and then the momentum of each
-motion from its link to the ground (:mod:`freebody.dynamics.composite`): n times the depth of the tree.
+wrenches that they need, and transmitted (wrenches, tips first). The mass matrix takes composite inertias, tips first,
+and then the momentum of each motion from its link to the ground (:mod:`freebody.dynamics.composite`): n times the depth
+of the tree.
 
 In both directions the wrench of a joint follows from the record of its last link, F = I^A A + p^A (Featherstone 2008,
 eq. 7.21). Straight code projects it if several links make up a joint, or if loads act along directions that are not
