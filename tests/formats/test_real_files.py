@@ -63,7 +63,7 @@ def test_a_model_of_mujoco_moves_as_there(package, file):
 @pytest.mark.parametrize(("package", "file"), files(URDF))
 def test_a_robot_moves_as_in_mujoco_and_pinocchio(package, file, monkeypatch):
     # right angles that are written with eleven decimals are right angles in freebody only
-    monkeypatch.setattr("freebody.formats.urdf.robot.DECIMALS", 100)
+    monkeypatch.setattr("freebody.formats.urdf.origin.DECIMALS", 100)
     path = place(package, file)
     s = fb.read(path, symbols="none", meshes=False)
     random = np.random.default_rng(1)

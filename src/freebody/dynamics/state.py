@@ -10,6 +10,7 @@ from ..describe.joints.primitive import Primitive
 from ..errors import ModelError, TooManyTermsError
 from ..model.model import Link, Model
 from ..scalar.algebra import (
+    IDENTITY,
     ZERO,
     Expression,
     Field,
@@ -119,10 +120,9 @@ class State:
             return ball_joint(E, r, self.q[link.q : link.q + 4], self.u[link.u : link.u + 3])
         if link.flies:
             return free_joint(E, r, self.q[link.q : link.q + 7], self.u[link.u : link.u + 6])
-        n = self.vector(link.axis)
-        return one_dof_joint(
-            link.motion, E, r, n, self(link.pitch), self(link.displacement), self.rate(link), self.field
-        )
+        n, y = self.vector(link.axis), self(link.displacement)
+        turn = matrix_about(n, y, self.field) if link.motion.turns else IDENTITY
+        return one_dof_joint(link.motion, E, r, n, self(link.pitch), y, self.rate(link), turn)
 
     def rate(self, link: Link) -> Scalar:
         """Return dy/dt of a 1-dof link."""
@@ -205,12 +205,15 @@ def one_dof_joint(
     pitch: Scalar,
     y: Scalar,
     rate: Scalar,
-    field: Field,
+    turn: Matrix,
 ) -> tuple[Matrix, Vector, Spatial]:
-    """Return pose and motion of a hinge, slider or screw with displacement y along n, as :meth:`State.joint`."""
+    """Return pose and motion of a hinge, slider or screw with displacement y along n, as :meth:`State.joint`.
+
+    ``turn`` is the rotation about n by y, of those that turn.
+    """
     if not motion.turns:
         return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
-    R = multiply(E, matrix_about(n, y, field))
+    R = multiply(E, turn)
     if not motion.slides:
         return (R, r, (scale(rate, n), ZERO))
     advance = scale(pitch, n)

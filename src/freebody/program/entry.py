@@ -1,9 +1,9 @@
 """Entries of kernels for Python: functions of arrays whose arguments are checked in compiled code.
 
 A call of a small machine's kernel takes less than a microsecond; NumPy and Python take ten to check, join and pass on
-its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language. It reads floats and arrays
-as the records that CPython and NumPy's ABI make of them. Only contiguous arrays of doubles of the right lengths, and a
-float as time, are taken; for all others an entry returns None, and the program reads, checks and refuses as always.
+its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language, and stands in place of the
+program's method. It reads floats and arrays as the records that CPython and NumPy's ABI make of them. Only contiguous
+arrays of doubles of the right lengths, and a float as time, are taken; all other calls are passed on to the method.
 
 Source: Python/C API, "Common object structures"; NumPy C-API, PyArrayObject.
 """
@@ -11,9 +11,11 @@ Source: Python/C API, "Common object structures"; NumPy C-API, PyArrayObject.
 from __future__ import annotations
 
 import ctypes
+import inspect
 import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from operator import is_not
 from typing import Annotated, Any
 
 import numpy as np
@@ -25,6 +27,7 @@ from ..native.instructions import Integers, Parts, reals_at
 from ..native.loop import made, module_named
 from ..native.records import Count, Kernel, Real, Record, Row, Wholes, record
 from . import kernels
+from .arguments import of_list
 
 USABLE = (
     sys.implementation.name == "cpython" and sys.byteorder == "little"
@@ -66,8 +69,9 @@ class Plain(Record):
     ``pieces``, ``lengths``       number of arrays that are the state together, and their lengths
     ``state``                     numbers of a state
     ``array``, ``real``           types of arrays and floats; ``doubles``: type of the numbers in an array
-    ``empty``, ``shape``          ``numpy.empty``, and its arguments for a result
-    ``create``, ``retain``        PyObject_CallObject, Py_IncRef
+    ``empty``, ``retain``         PyArray_Empty, Py_IncRef
+    ``axes``, ``shape``           shape of a result
+    ``call``, ``method``          PyObject_Vectorcall, and the function for all other arguments
     """
 
     kernel: Kernel
@@ -78,10 +82,11 @@ class Plain(Record):
     real: Count
     doubles: Count
     empty: Count
-    shape: Count
-    none: Count
-    create: Count
     retain: Count
+    call: Count
+    method: Count
+    axes: Count
+    shape: Annotated[Wholes, "axes"]
     lengths: Annotated[Wholes, "pieces"]
 
 
@@ -89,26 +94,26 @@ part = Parts()
 
 
 @part
-def entry(itself: int, arguments: Integers, count: int) -> int:
-    """Return the outputs as a new array; None for arguments that are not plain."""
+def entry(itself: int, arguments: Integers, count: int, names: int) -> int:
+    """Return the outputs as a new array; what the method returns for arguments that are not plain."""
     plain = Plain(ArrayObject(reals_at(itself)).data)
     parts = plain.pieces
-    if count != parts and count != parts + 1:
-        return refused(plain)
+    if names != 0 or (count != parts and count != parts + 1):
+        return passed_on(plain.call, plain.method, arguments, count, names)
     time = 0.0
     if count > parts:
         number = Object(reals_at(arguments[parts]))
         if number.kind != plain.real:
-            return refused(plain)
+            return passed_on(plain.call, plain.method, arguments, count, names)
         time = number.value
     for k in range(parts):
         x = ArrayObject(reals_at(arguments[k]))
         if x.kind != plain.array or x.numbers != plain.doubles:
-            return refused(plain)
+            return passed_on(plain.call, plain.method, arguments, count, names)
         if x.axes & LOW != 1 or x.flags & CONTIGUOUS != CONTIGUOUS:
-            return refused(plain)
+            return passed_on(plain.call, plain.method, arguments, count, names)
         if x.lengths[0] != plain.lengths[k]:
-            return refused(plain)
+            return passed_on(plain.call, plain.method, arguments, count, names)
     y = stack(plain.state)
     place = 0
     for k in range(parts):
@@ -116,17 +121,11 @@ def entry(itself: int, arguments: Integers, count: int) -> int:
         for i in range(plain.lengths[k]):
             y[place + i] = numbers[i]
         place += plain.lengths[k]
-    result = created(plain.create, plain.empty, plain.shape)
+    retain(plain.retain, plain.doubles)  # PyArray_Empty takes a reference
+    result = created(plain.empty, plain.axes, plain.shape, plain.doubles)
     if result != 0:
         plain.kernel(time, y, plain.constants, ArrayObject(reals_at(result)).data)
     return result
-
-
-@part
-def refused(plain: Plain) -> int:
-    """Return None."""
-    retain(plain.retain, plain.none)
-    return plain.none
 
 
 @instruction("int")
@@ -135,11 +134,20 @@ def stack(builder: Any, count: Any) -> Any:
     return builder.alloca(REAL, size=count)
 
 
-@instruction("int", "int", "int")
-def created(builder: Any, function: Any, *objects: Any) -> Any:
-    """Return what a callable object returns for a tuple of arguments (PyObject_CallObject); 0 after an error."""
-    kind = ir.FunctionType(WHOLE, [WHOLE] * len(objects))
-    return builder.call(builder.inttoptr(function, kind.as_pointer()), objects)
+@instruction("int", "int", "Integers", "int")
+def created(builder: Any, function: Any, axes: Any, shape: Any, numbers: Any) -> Any:
+    """Return a new array (PyArray_Empty), of rows; 0 after an error."""
+    short = ir.IntType(32)
+    kind = ir.FunctionType(WHOLE, [short, shape.type, WHOLE, short])
+    call = builder.inttoptr(function, kind.as_pointer())
+    return builder.call(call, [builder.trunc(axes, short), shape, numbers, short(0)])
+
+
+@instruction("int", "int", "Integers", "int", "int")
+def passed_on(builder: Any, function: Any, *arguments: Any) -> Any:
+    """Return what a callable object returns for these arguments (PyObject_Vectorcall)."""
+    kind = ir.FunctionType(WHOLE, [argument.type for argument in arguments])
+    return builder.call(builder.inttoptr(function, kind.as_pointer()), arguments)
 
 
 @instruction("int", "int")
@@ -150,9 +158,21 @@ def retain(builder: Any, function: Any, object_: Any) -> None:
 
 
 class Memory(np.ndarray[Any, Any]):
-    """Memory of an entry, which keeps what the entry needs alive."""
+    """Memory of an entry, which keeps what the entry needs alive.
+
+    It is the ``self`` of the built-in function; of a pickled one, that of the method is.
+    """
 
     needs: Any = None
+    method: Any = None
+
+    def __reduce__(self) -> Any:
+        """Pickle the owner of the method."""
+        return _itself, (self.method.__self__,)
+
+
+def _itself(owner: Any) -> Any:
+    return owner
 
 
 class _Definition(ctypes.Structure):
@@ -163,44 +183,82 @@ class _Definition(ctypes.Structure):
     )  # fmt: skip
 
 
-METH_FASTCALL = 0x80
+FASTCALL, KEYWORDS = 0x80, 0x02
+EMPTY = 184
+"""Place of PyArray_Empty in the table of NumPy's C functions."""
 
 
 @lru_cache(maxsize=1)
-def definition() -> _Definition:
-    """Return the definition of the built-in function, whose code is the same for all kernels."""
+def code() -> Any:
+    """Return the code of the built-in functions, which is the same for all kernels."""
     place = __name__.partition(".")[2]
-    loop = made(place, (place,), ("entry",), lambda: part.bound(dict(vars(module_named(place)))))
-    result = _Definition(b"entry", loop.functions["entry"].address, METH_FASTCALL, None)
-    result.loop = loop
-    return result
+    return made(place, (place,), ("entry",), lambda: part.bound(dict(vars(module_named(place)))))
 
 
 def python_entry(
-    kernel: kernels.Kernel, c: np.ndarray, widths: Sequence[int], shape: Sequence[int]
+    method: Callable[..., Any],
+    kernel: kernels.Kernel,
+    c: np.ndarray,
+    widths: Sequence[int],
+    shape: Sequence[int],
 ) -> Callable[..., Any] | None:
     """Return a function of arrays of these lengths, and of the time if it matters, whose result has this shape.
 
-    It returns None for arguments that it does not take. The result is None where such functions are not possible.
+    Calls with other arguments are those of the method. Lists are made arrays first. The result is None where such
+    functions are not possible.
     """
     if not USABLE or kernel.state > LONGEST or not shape:
         return None
-    api, doubles, arguments = ctypes.pythonapi, np.dtype(float), (tuple(shape),)
-    plain = Plain.made(pieces=len(widths))
+
+    def others(*arguments: Any, **options: Any) -> Any:
+        arrays = [*map(of_list, arguments)]
+        if not options and any(map(is_not, arrays, arguments)):
+            return result(*arrays)
+        return method(*arguments, **options)
+
+    api, doubles = ctypes.pythonapi, np.dtype(float)
+    plain = Plain.made(pieces=len(widths), axes=len(shape))
     plain.kernel, plain.constants, plain.state = kernel.address, c, kernel.state
     plain.array, plain.real, plain.doubles = id(np.ndarray), id(float), id(doubles)
-    plain.empty, plain.shape, plain.none = id(np.empty), id(arguments), id(None)
-    plain.create, plain.retain = _address(api.PyObject_CallObject), _address(api.Py_IncRef)
-    plain.lengths[:] = widths
+    plain.empty, plain.retain = _array_function(EMPTY), _address(api.Py_IncRef)
+    plain.call, plain.method = _address(api.PyObject_Vectorcall), id(others)
+    plain.lengths[:], plain.shape[:] = widths, shape
+    told = _Definition(
+        method.__name__.encode(), code().functions["entry"].address, FASTCALL | KEYWORDS, _about(method)
+    )
     memory = plain.memory.view(Memory)
-    memory.needs = (plain, kernel, arguments, doubles)
+    memory.method, memory.needs = method, (plain, kernel, doubles, others, told, code())
     create = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)(
         _address(api.PyCFunction_NewEx)
     )
-    return create(ctypes.addressof(definition()), memory, None)
+    result = create(ctypes.addressof(told), memory, None)
+    return result
+
+
+def _about(method: Callable[..., Any]) -> bytes:
+    """Return signature and description of a method, as built-in functions have them."""
+    signature = inspect.signature(method)
+    bare = [
+        parameter.replace(annotation=inspect.Parameter.empty) for parameter in signature.parameters.values()
+    ]
+    arguments = str(inspect.Signature(bare)).removeprefix("(")
+    return f"{method.__name__}($self, {arguments}\n--\n\n{method.__doc__}".encode()
 
 
 def _address(function: Any) -> int:
     address = ctypes.cast(function, ctypes.c_void_p).value
+    assert address is not None
+    return address
+
+
+def _array_function(place: int) -> int:
+    """Return the address of one of NumPy's C functions, by its place in their table, which its ABI has fixed."""
+    from numpy._core import _multiarray_umath  # type: ignore[attr-defined]
+
+    api, capsule = ctypes.pythonapi, _multiarray_umath._ARRAY_API
+    name = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(_address(api.PyCapsule_GetName))
+    pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)
+    table = pointer(_address(api.PyCapsule_GetPointer))(capsule, name(capsule))
+    address = ctypes.cast(table, ctypes.POINTER(ctypes.c_void_p))[place]
     assert address is not None
     return address

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from functools import wraps
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,27 +39,16 @@ _REMEMBERED = 8  # sets of parameters whose hoisted constants are kept
 _Shortcut: TypeAlias = tuple[Kernel, Array | None, tuple[tuple[int, ...], ...], tuple[int, ...]]
 """Kernel, its constants for default parameters (None for others), shapes of the parts of a state and of the result."""
 
-
 _Method = TypeVar("_Method", bound=Callable[..., Any])
+
+_ENTERED: set[str] = set()
+"""Products whose plain calls take an entry of their kernel."""
 
 
 def entered(method: _Method) -> _Method:
-    """Let plain calls of a product's method, without options, take the entry of its kernel (`entry`)."""
-    name = method.__name__
-
-    @wraps(method)
-    def call(self: Evaluation, *arguments: Any, **options: Any) -> Any:
-        if not options:
-            entry = self._entries.get(name)
-            if entry is not None:
-                out = entry(*arguments)
-                if out is None:
-                    out = entry(*map(of_list, arguments))
-                if out is not None:
-                    return out
-        return method(self, *arguments, **options)
-
-    return cast(_Method, call)
+    """Let an entry of the product's kernel stand in place of its method after two calls (`entry`)."""
+    _ENTERED.add(method.__name__)
+    return method
 
 
 class Evaluation:
@@ -74,7 +62,6 @@ class Evaluation:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
-        self._entries: dict[Any, Callable[..., Any] | None] = {}
         self._shortcuts: tuple[dict[Any, _Shortcut], dict[Any, _Shortcut]] = (
             {},
             {},
@@ -155,7 +142,7 @@ class Evaluation:
                 entry = (compiled(self.model, product, batch, self._active), batch)
             self._sets[key] = entry
             self._constants.pop(key, None)
-            self._entries.pop(key, None)
+            vars(self).pop(key, None)
             for shortcuts in self._shortcuts:
                 shortcuts.pop(key, None)
         return entry[0]
@@ -184,8 +171,10 @@ class Evaluation:
                 if batch:
                     out = kernel.batch_of_parts(t, state, c, threads=self.threads)
                     return out if len(shape) == 1 else out.reshape(len(out), *shape)
-                if c is not None and not parameters and key not in self._entries:
-                    self._entries[key] = python_entry(kernel, c, [len(x) for x in state], shape)
+                if c is not None and not parameters and key in _ENTERED and key not in vars(self):
+                    entry = python_entry(getattr(self, key), kernel, c, [len(x) for x in state], shape)
+                    if entry is not None:
+                        vars(self)[key] = entry  # in place of the method
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         if self.model.signals:

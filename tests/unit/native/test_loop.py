@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import json
 import math
@@ -319,3 +320,18 @@ def test_run_loads_no_compiler_and_no_product_that_was_not_asked_for():
     assert events >= 1
     assert from_disk
     assert [name for name in loaded if name != "flint"] == []  # SymPy computes with flint where it finds it
+
+
+def test_a_method_is_loaded_ahead_and_its_thread_ends(monkeypatch):
+    asked = []
+    monkeypatch.setattr(loops, "_loaded", {})
+    monkeypatch.setattr(loops, "functions", lambda method: asked.append(method) or {}[method])
+    before = threading.active_count()
+    with loops.ahead("dop853"):  # what goes wrong there, the run says when it loads the method
+        pass
+    with contextlib.suppress(ZeroDivisionError), loops.ahead("gauss"):
+        raise ZeroDivisionError
+    monkeypatch.setattr(loops, "_loaded", {"dop853": None})
+    with loops.ahead("dop853"):
+        assert threading.active_count() == before
+    assert asked == ["dop853", "gauss"] and threading.active_count() == before

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import gc
+import inspect
+import pickle
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -23,7 +26,8 @@ def program():
     for _ in range(2):
         program.inverse_dynamics(q, u, u)
         program.mass_matrix(q)
-    assert set(program._entries) == ({"inverse_dynamics", "mass_matrix"} if entry.USABLE else set())
+    names = {"inverse_dynamics", "mass_matrix"}
+    assert names & set(vars(program)) == (names if entry.USABLE else set())
     return program, q, u
 
 
@@ -64,20 +68,40 @@ def test_references_are_counted_and_code_lives_as_long_as_its_entry(program):
     call = fb.compile(program.model)
     for _ in range(2):
         expected = call.mass_matrix(q)
-    made = call._entries["mass_matrix"]
+    made, alive = call.mass_matrix, weakref.ref(call)
     del call
     gc.collect()
     assert np.array_equal(made(q), expected)
-    before = sys.getrefcount(q), sys.getrefcount(np.empty)
+    before = sys.getrefcount(q), sys.getrefcount(np.dtype(float))
     for _ in range(100):
         made(q)
-        assert made([]) is None and made() is None and made(q, 0) is None and made(q, 0.0, q) is None
-    assert (sys.getrefcount(q), sys.getrefcount(np.empty)) == before
+    assert (sys.getrefcount(q), sys.getrefcount(np.dtype(float))) == before
+    for _ in range(100):
+        assert np.array_equal(made(q, 0), expected) and np.array_equal(made([*q], t=0.0), expected)
+        with pytest.raises(TypeError):
+            made()
+    assert sys.getrefcount(q) == before[0]
+    del made
+    gc.collect()
+    assert alive() is None
+
+
+@pytest.mark.skipif(not entry.USABLE, reason="no entries in this interpreter")
+def test_entries_look_and_travel_like_methods(program):
+    program, q, u = program
+    for _ in range(2):  # a batch may have been compiled in between
+        program.inverse_dynamics(q, u, u)
+    made = program.inverse_dynamics
+    assert made.__name__ == "inverse_dynamics" and made.__doc__ == type(program).inverse_dynamics.__doc__
+    assert str(inspect.signature(made)) == "(q, u, udot, t=0.0, *, actuators=None, values=None, **named)"
+    other = pickle.loads(pickle.dumps(made))
+    assert np.array_equal(other(q, u, u), made(q, u, u))
 
 
 def test_none_where_there_is_nothing_to_enter(program, monkeypatch):
     program, q, _ = program
     kernel, c = program.kernel("mass_matrix"), program.constants("mass_matrix")
-    assert entry.python_entry(kernel, c, [q.size], ()) is None  # a number is no array
+    method = program.mass_matrix
+    assert entry.python_entry(method, kernel, c, [q.size], ()) is None  # a number is no array
     monkeypatch.setattr(entry, "LONGEST", 0)
-    assert entry.python_entry(kernel, c, [q.size], (1,)) is None
+    assert entry.python_entry(method, kernel, c, [q.size], (1,)) is None

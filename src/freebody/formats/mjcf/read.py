@@ -247,8 +247,10 @@ class Reader(Builder):
             )
         if joint.stiffness:
             self.reading.left_out(
-                joint.what, joint.element.line, f"the spring of a {joint.kind} joint is left out"
-            )
+                joint.what, joint.element.line,
+                f"the spring of a {joint.kind} joint, along its rotation vector, is left out: s.bushing has springs "
+                "about three axes", f"stiffness {joint.stiffness:g}",
+            )  # fmt: skip
         if not joint.damping:
             return
         d = self.parameter(f"d_{name}", joint.damping, "")

@@ -13,7 +13,8 @@ from ...space.rotation import Rotation
 from ..contacts import FRICTION, Solid, between_bodies, given_floor, touch, touch_each_other
 from ..meshes import Meshes
 from ..xml_tree import Element
-from .robot import Link, pose_of
+from .link import Link
+from .origin import pose_of
 
 
 def add_contacts(reader: Any, meshes: Meshes) -> None:

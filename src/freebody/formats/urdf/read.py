@@ -14,7 +14,9 @@ from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element, identifier
 from .contacts import add_contacts
-from .robot import Joint, Link, Robot, robot
+from .joint import Joint
+from .link import Link
+from .robot import Robot, robot
 
 GRAVITY = 9.81
 

@@ -6,9 +6,11 @@ several legs.
 
 from __future__ import annotations
 
+import contextlib
+
 from ..ending import FAILED, End
 from ..kernels.methods import Way
-from ..ode import layout
+from ..ode import layout, loops
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
 from ..trajectory.in_legs import ONE_LEG
@@ -17,6 +19,9 @@ from ..trajectory.trajectory import Trajectory
 from .branch import meeting, meets
 from .failure import failure, massless
 from .several_legs import legs_of, with_work
+
+SEVERAL = 5
+"""Number of bodies from which the method "auto" begins with "dop853" as a rule, and compiling takes a while."""
 
 
 def motion_in_one_leg(request: Request) -> Trajectory:
@@ -27,7 +32,10 @@ def motion_in_one_leg(request: Request) -> Trajectory:
     SimulationError
         A motion that cannot be continued.
     """
-    problem = problem_of(request)
+    several = len(request.model.bodies) >= SEVERAL
+    method = "dop853" if request.method == "auto" else request.method
+    with loops.ahead(method) if several else contextlib.nullcontext():
+        problem = problem_of(request)
     with problem.progress() as between:
         if problem.kernels.dropped:
             return legs_of(problem, between)

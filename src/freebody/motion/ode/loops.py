@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import threading
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -52,6 +54,27 @@ def use(method: str) -> Callable[[int], int]:
 def _any_loop() -> Loop:
     """Return the functions of a method that is loaded, for what is the same in all methods."""
     return next(iter(_loaded.values()), None) or functions()
+
+
+@contextlib.contextmanager
+def ahead(method: str) -> Iterator[None]:
+    """Load the code of a method in a thread of its own, which ends with the context.
+
+    On a new computer a loop is translated by Python, and a machine compiled by LLVM, which leaves Python to others.
+    """
+    thread = threading.Thread(target=_load, args=(method,), name="freebody")
+    if label(method) not in _loaded:
+        thread.start()
+    try:
+        yield
+    finally:
+        if thread.ident is not None:
+            thread.join()
+
+
+def _load(method: str) -> None:
+    with contextlib.suppress(Exception):  # the run loads the code itself, and says what is wrong
+        functions(method)
 
 
 def sample(method: str, *arguments: Any) -> None:

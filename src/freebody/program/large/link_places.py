@@ -54,8 +54,10 @@ def sums(parents: Sequence[int], kept: Collection[int], start: int, size: int) -
     return Sums(of, passed, added, empty, aside, end)
 
 
-def accelerations(parents: Sequence[int], keep: bool, start: int) -> tuple[list[int], int]:
+def accelerations(parents: Sequence[int], keep: bool, start: int, size: int = 6) -> tuple[list[int], int]:
     """Return places from ``start`` on for a loop from the first link to the last, the ground's last, and their end.
+
+    Each has ``size`` numbers, of which the first six are the acceleration.
 
     An acceleration is needed up to the last tip of its link; with ``keep`` it keeps its place.
     """
@@ -65,7 +67,7 @@ def accelerations(parents: Sequence[int], keep: bool, start: int) -> tuple[list[
     for i, parent in enumerate(parents):
         if not free:
             free.append(start)
-            start += 6
+            start += size
         places.append(free.pop())
         if keep:
             continue

@@ -22,9 +22,10 @@ The second:
 acceleration and writes A (6). The loop decides their places, since few other steps need them. It also decides those of
 the joint variables: y, y', then τ or the part of y'' free of accelerations; for a ball or free joint q, u, τ.
 
-From accelerations to forces, the joint's accelerations stand in place of τ, and only these steps differ:
+From accelerations to forces, the joint's accelerations stand in place of τ, and there are two steps:
 
-    carried            A (6), where ``final`` writes it
+    carried            what ``outward`` writes; A (6) where ``final`` writes it, and behind it the wrench that the
+                       motion of the link alone needs (6)
     transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
                        second record
 
@@ -49,6 +50,7 @@ from typing import Any
 from ...describe.joints.moving import Moving
 from ...dynamics.articulated import apparent_inertia, columns_solved, free_motions, pivot
 from ...dynamics.joints.freedom import Axis, carried_part
+from ...dynamics.kinematics import turning
 from ...dynamics.linear import Factorization
 from ...dynamics.state import ball_joint, free_joint, one_dof_joint, unit_motion
 from ...model.model import GROUND, Link, Model
@@ -89,6 +91,7 @@ from ...space.spatial import (
     rigid_inertia,
     times,
 )
+from ...space.turn import matrix_from_sine
 from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
 
@@ -210,16 +213,17 @@ def constants_of(model: Model, i: int) -> list[Expression]:
 
 
 ARRAYS = {
-    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": 6, "own": 6, "second": WIDTH, "parents_second": WIDTH,
+    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": 6, "own": 12, "second": WIDTH,
+    "parents_second": WIDTH,
 }  # fmt: skip
 """Lengths of the arrays that steps read: the link's record, joint variables, the parent's record, the sum over tips,
-the parent's and the link's own acceleration, the second records."""
+the parent's acceleration, the link's own with the wrench that it needs, the second records."""
 
 STEPS = {
     "outward": (("joint", "parent"), ("record", "second")),
     "inward": (("record", "joint", "tips"), ("passed", "record")),
     "final": (("record", "joint", "above"), ("own", "record")),
-    "carried": (("record", "joint", "above"), ("own",)),
+    "carried": (("joint", "parent", "above"), ("record", "own")),
     "transmitted": (("record", "own", "tips"), ("passed", "second")),
     "composed": (("record", "tips"), ("passed", "record")),
     "projected": (("record", "own"), ("passed", "second")),
@@ -259,7 +263,7 @@ def compiled_step(
             ((STEPS[name][1].index(array), first + k), x)
             for array, first, values in parts
             for k, x in enumerate(values)
-            if array not in ("passed", "own") or kept[k]
+            if array not in ("passed", "own") or k >= len(kept) or kept[k]
         ]
         for name, parts in written.items()
     }
@@ -310,7 +314,8 @@ def _recorded(
         R, r, vJ = free_joint(E, position, joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
-        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, joint[0], joint[1], tape)
+        turned = matrix_from_sine(n, joint[3], joint[4])
+        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, joint[0], joint[1], turned)
         S = unit_motion(kind.motion, n, pitch)
         tau = joint[2:3]
     # outward
@@ -365,12 +370,15 @@ def _recorded(
         force = [power(a, spatial(record[kind.solved :])) + record[kind.solved + 6]]
     for S_k, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S_k))
-    # carried, transmitted: c holds the acceleration along a displacement that is driven
-    carried = plus(moved_on, c)
+    # carried, transmitted
+    carried = plus(motion_to_child(R, r, _spatial(read["above"])), motion_cross(V_i, vJ))
     if kind.own:
         carried = plus(carried, (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO))
+    elif S is not None:
+        carried = plus(carried, times(joint[2], S))
+    needed = _needed(inertia, V_i, carried)
     A_ = _spatial(read["own"])
-    F = plus(momentum_of(inertia, A_), p_A)
+    F = plus(_spatial(read["own"][6:]), _spatial(tips))
     # composed, projected
     moves = free_motions(_any_link(kind), S) if kind.own or S is not None else []
     x = tips
@@ -398,7 +406,7 @@ def _recorded(
         "outward": outward,
         "inward": inward,
         "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
-        "carried": [("own", 0, [*_six(carried)])],
+        "carried": [*outward[:2], ("own", 0, [*_six(carried), *_six(needed)])],
         "transmitted": [
             ("passed", 0, [*_six(force_to_parent(R_, r_, F))]),
             ("second", ALONG - SECOND, [power(S_k, F) for S_k in moves]),
@@ -417,6 +425,15 @@ def _recorded(
             ("second", PRESSED - SECOND, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])
         ],
     }
+
+
+def _needed(inertia: Any, V: Spatial, A: Spatial) -> Spatial:
+    """Return the wrench that a motion needs: J α + w × J w + h × a and m a + ([α]× + [w]×²) h, a = A_v + w × v."""
+    m, h, J = inertia
+    (w, v), (alpha, A_v) = V, A
+    a = add(A_v, cross(w, v))
+    n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
+    return (n, add(scale(m, a), apply(turning(w, alpha), h)))
 
 
 def _constant_axes(constants: Sequence[Traced], kind: Kind) -> tuple[Matrix, Vector]:

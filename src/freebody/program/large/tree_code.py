@@ -100,8 +100,9 @@ def places(parts: Parts) -> dict[str, Any]:
             "code": 0 if name in parts.empty else parts.straight[name].address,
             "target": parts.start[name],
         }
-        for name in ("front", "loads", "finish", "energy", "product")
+        for name in ("front", "loads", "finish", "energy", "product", "turn")
     }
+    straight["turn"]["target"] = parts.sines
     at_rest, first = parts.accelerations[-1], 2 + parts.inputs
     fetched = [parts.at(i, k) for i, k in parts.fetched]
     early = parts.loads_end - first
@@ -114,7 +115,8 @@ def places(parts: Parts) -> dict[str, Any]:
         "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest, "totals": parts.totals,
         "kinetic": link_step.KINETIC - SECOND, "momentum": link_step.MOMENTUM - SECOND,
         "along": link_step.ALONG - SECOND, "matrix": parts.matrix, "order": parts.model.n_u,
-        "projection": parts.momentum,
+        "projection": parts.momentum, "turned": _whole(parts.turned), "turning": len(parts.turned),
+        "block": parts.block, "angles": parts.angles,
         "straight_constants": factor * parts.straight_offset,
         "gravity": _copy(parts.ground, at_rest + 3), "early": _copy(fetched[:early], first),
         "late": _copy(fetched[early:], parts.loads_end), "loaded": _copy([load for _, load in parts.pressed], 0),

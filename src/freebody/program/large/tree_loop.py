@@ -1,15 +1,17 @@
 """Large trees: one loop over the links in place of straight-line code, so that only tables grow with the model.
 
     front     joint variables and forces along them, by the model's expressions of t, q, u           (straight)
-    outward   poses, velocities, inertias, link by link                                              (loop)
+    turn      sines and cosines of the joints' angles, eight side by side                            (loop)
+    outward   poses and velocities, link by link                                                     (loop)
     loads     wrenches of the forces, springs and couples at points                                  (straight)
     inward    articulated inertias, tips first                                                       (loop)
     final     accelerations                                                                          (loop)
     finish    u' from the second derivatives of the displacements; energies; power                   (straight)
 
-From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, carried (accelerations) and
-transmitted (wrenches, tips first). The mass matrix takes composite inertias, tips first, and then the momentum of each
-motion from its link to the ground (:mod:`freebody.dynamics.composite`): n times the depth of the tree.
+From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, with accelerations and the
+wrenches that they need, and transmitted (wrenches, tips first). The mass matrix takes composite inertias, tips first,
+and then the momentum of each motion from its link to the ground (:mod:`freebody.dynamics.composite`): n times the depth
+of the tree.
 
 In both directions the wrench of a joint follows from the record of its last link, F = I^A A + p^A (Featherstone 2008,
 eq. 7.21). Straight code projects it if several links make up a joint, or if loads act along directions that are not

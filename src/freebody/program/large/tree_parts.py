@@ -1,6 +1,7 @@
 """The parts of a looped tree: steps of its links, straight code, and the place of every number in S.
 
     front     joint variables and forces along them, as functions of t, q, u
+    turn      sines and cosines of some displacements, from their place in front of the results
     loads     wrenches of the forces, springs and couples at points
     finish    u' from the second derivatives of the displacements; power; reactions
     energy    kinetic and potential energy
@@ -29,6 +30,7 @@ from ...dynamics.kinematics import Posture, jacobian, rotation
 from ...dynamics.loads.loading import Loading, load_potential, load_power, loading
 from ...dynamics.state import State
 from ...model.model import Model
+from ...native.records import WIDTH
 from ...scalar.algebra import ZERO, Scalar, apply, dot, negate
 from ...scalar.derivative import beside
 from ...scalar.trace import INPUT, Tape, Traced
@@ -61,7 +63,7 @@ STEPS = {
     "motion": (*FORCES, "moved"), "forced": FORCES, "reactions": (*FORCES, "pressed"), "inverse": ACCELERATIONS,
     "reactions_at": (*ACCELERATIONS, "pressed"), "mass": ("composed", "projected"), "jacobian": ("place",),
 }  # fmt: skip
-"""Steps of each mode, besides the first one, outward."""
+"""Steps of each mode; those from forces to accelerations, and those at rest, begin with outward."""
 
 
 class _Inputs(list[Any]):
@@ -102,8 +104,10 @@ class Parts:
     ) -> None:
         self.model, self.mode, self.directions = model, mode, directions
         self.lanes, self.shared = lanes, shared
+        self.block = WIDTH if lanes == 1 else 1  # angles whose sines are computed side by side
         self.back = mode in GIVEN  # from accelerations to forces
-        self.loops = ("outward", *STEPS[mode])
+        self.turning = [i for i, link in enumerate(model.links) if link.one_dof and link.motion.turns]
+        self.loops = STEPS[mode] if self.back else ("outward", *STEPS[mode])
         self._compile_steps()
         self._compile_straight(point)
         self.hoisted = self.straight_offset + self.straight.hoisted
@@ -184,7 +188,9 @@ class Parts:
             finish = self._accelerations(state, loads, power, fetch)
         totals = [tape.input(f"sum {k}") for k in range(6)]  # energies take four, momenta six, products three
         self.totals = len(self._inputs)
-        for x in totals:
+        block = [tape.input(f"angle {k}") for k in range(self.block)]
+        self.angles = self.totals + len(totals)
+        for x in (*totals, *block):
             self._places[x.index] = len(self._inputs)
             self._inputs.append(x)
         potential = spring - dot(gravity, (totals[1], totals[2], totals[3]))
@@ -195,6 +201,7 @@ class Parts:
             "finish": finish,
             "energy": [totals[0], potential] if energetic else [],
             "product": [totals[0] * totals[1] * totals[2]] if mode == "mass" else [],
+            "turn": [f(x) for f in (tape.sin, tape.cos) for x in block] if self.turning else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -206,6 +213,8 @@ class Parts:
             placed[name] = [self._place(x, start, new) for x in outputs]
             computed[name] = new
             start += len(new)
+        self.joints, self.ground, left = self._places_of_front(joints, placed["front"])
+        start = self._place_turns(start)
         self._place_records(start, loads)
         self.empty = {name for name, outputs in computed.items() if not outputs}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
@@ -214,13 +223,7 @@ class Parts:
             computed, inputs = beside(tape, computed, inputs)
         form = Form(self.lanes, self.shared) if self.lanes > 1 else None
         self.straight = compile_tape(tape, computed, state.t, inputs, parameters, form=form)
-        self.joints: list[list[int]] = []
-        k = 0
-        for variables in joints:
-            self.joints.append(placed["front"][k : k + len(variables)])
-            k += len(variables)
-        self.ground = placed["front"][k : k + 3]
-        self.moves = link_moves.moves(model, placed["front"][k + 3 :]) if mode == "mass" else None
+        self.moves = link_moves.moves(model, left) if mode == "mass" else None
         self.pressed = [
             (self.sums.of[i] + j, placed["loads"][6 * n + j])
             for n, i in enumerate(loads.wrenches)
@@ -262,13 +265,37 @@ class Parts:
                 joints.append([])
         return joints
 
+    @staticmethod
+    def _places_of_front(
+        joints: list[list[Scalar]], places: list[int]
+    ) -> tuple[list[list[int]], list[int], list[int]]:
+        """Places of the variables of each joint, of the ground's acceleration, and of what is left."""
+        left = iter(places)
+        return (
+            [[next(left) for _ in variables] for variables in joints],
+            [next(left) for _ in range(3)],
+            [*left],
+        )
+
+    def _place_turns(self, start: int) -> int:
+        """Place sines and cosines of angles, in blocks, behind the other variables of the joints."""
+        self.turned = list(dict.fromkeys(self.joints[i][0] for i in self.turning))
+        self.sines, size = start, self.block
+        for i in self.turning:
+            block, k = divmod(self.turned.index(self.joints[i][0]), size)
+            self.joints[i] += [start + 2 * size * block + k, start + 2 * size * block + size + k]
+        self.turned += self.turned[-1:] * (-len(self.turned) % size)
+        return start + 2 * len(self.turned)
+
     def _place_records(self, start: int, loads: Loading) -> None:
         """Place the numbers of the loops from ``start`` on: sums, accelerations, joint variables and records."""
         links = self.model.links
         parents = [link.parent for link in links]
         everywhere = self.mode.startswith("reactions")
         self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, link_step.SUM)
-        self.accelerations, start = accelerations(parents, everywhere or self.back, self.sums.end)
+        self.accelerations, start = accelerations(
+            parents, everywhere or self.back, self.sums.end, link_step.ARRAYS["own"] if self.back else 6
+        )
         self.joint = start
         self.records = []
         start += link_step.ARRAYS["joint"]
@@ -365,7 +392,7 @@ class Parts:
                 (tau[i],) = fetch(i, link_step.ALONG, 1)
                 tau[i] = tau[i] - loads.along.get(i, 0)
                 for a in armature:
-                    tau[i] = tau[i] + a * joints[i][-1]
+                    tau[i] = tau[i] + a * joints[i][2]
             elif link.u >= 0:
                 along = fetch(i, link_step.ALONG, link.n_speeds)
                 turned = turned_slides(state, i)

@@ -101,6 +101,15 @@ class Tree(Record):
     # straight code, and what it reads of the records
     straight_constants: Count
     front: Straight
+    turn: Straight
+    """Code of the sines and cosines of a block of angles, and the place of the first block's."""
+    turned: Wholes
+    """Places of the angles."""
+    turning: Count
+    """Number of angles."""
+    block: Count
+    angles: Count
+    """Number of angles in a block, and the place where the code reads them."""
     gravity: Copy
     early: Copy
     loads: Straight

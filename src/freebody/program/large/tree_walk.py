@@ -1,12 +1,12 @@
 """Walks over the links of a large tree, in the compiled language (docs/compiled-language.md).
 
-    outward        poses, velocities and inertias, parents first
+    outward        poses and velocities, parents first
     inward         articulated inertias and forces, tips first
     final          accelerations, parents first
 
 If accelerations are given,
 
-    carried        accelerations, parents first
+    outward        accelerations too, and the wrenches that they need
     transmitted    wrenches, tips first
 
 All numbers of a call stand in one workspace S. `tree_parts` knows their places, and the record of a tree
@@ -98,6 +98,18 @@ def run(part: Straight, S: Row, c: Reals, tree: Tree) -> None:
         straight_code(part.code, S, shifted(c, tree.straight_constants), shifted(S, part.target))
 
 
+@walk
+def turns(S: Row, c: Reals, tree: Tree) -> None:
+    """Sines and cosines of the angles of the joints."""
+    constants = shifted(c, tree.straight_constants)
+    k = 0
+    while k < tree.turning:
+        for j in range(tree.block):
+            S[tree.angles + j] = S[tree.turned[k + j]]
+        straight_code(tree.turn.code, S, constants, shifted(S, tree.turn.target + 2 * k))
+        k += tree.block
+
+
 @walk.inlined
 def gather_joint(S: Row, tree: Tree, i: int) -> None:
     """Copy the variables of joint i side by side."""
@@ -108,13 +120,18 @@ def gather_joint(S: Row, tree: Tree, i: int) -> None:
 
 @walk
 def outward(S: Row, c: Reals, tree: Tree, posed: int) -> None:
-    """Poses, velocities and inertias, parents first."""
+    """Poses and velocities, parents first; with given accelerations, those of the links too."""
     joint = shifted(S, tree.joint)
     for i in range(tree.links):
         gather_joint(S, tree, i)
         constants = shifted(c, tree.constants[i])
         link, second = shifted(S, tree.record[i]), shifted(S, tree.second[i])
-        outward_step(tree.outward[i], S, joint, constants, link, shifted(S, tree.parent[i]), second)
+        parent = shifted(S, tree.parent[i])
+        if tree.given != 0:
+            own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
+            carried_step(tree.carried[i], S, joint, constants, link, parent, above, own)
+        else:
+            outward_step(tree.outward[i], S, joint, constants, link, parent, second)
         if posed != 0:
             place_step(tree.place[i], S, link, constants, second, shifted(S, tree.parents_second[i]))
 
@@ -141,17 +158,6 @@ def final(S: Row, c: Reals, tree: Tree) -> None:
         link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
         own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
         final_step(tree.final[i], S, link, constants, own, joint, above, link)
-
-
-@walk
-def carried(S: Row, c: Reals, tree: Tree) -> None:
-    """Accelerations that follow from those along the joints, parents first."""
-    joint = shifted(S, tree.joint)
-    for i in range(tree.links):
-        gather_joint(S, tree, i)
-        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
-        own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
-        carried_step(tree.carried[i], S, link, constants, own, joint, above)
 
 
 @walk
@@ -267,6 +273,7 @@ def begin(S: Row, c: Reals, tree: Tree, state: int) -> None:
     for k in range(3):
         assign(S, tree.ground_axes + 4 * k, 1.0)
     run(tree.front, S, c, tree)
+    turns(S, c, tree)
     copy(S, tree.gravity)
 
 
@@ -284,7 +291,6 @@ def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
             S[link] = S[link] - S[tree.loaded.sources[k]]
         # wrenches follow from given accelerations, or accelerations from articulated inertias
         if tree.given != 0:
-            carried(S, c, tree)
             transmitted(S, c, tree)
         else:
             inward(S, c, tree)
