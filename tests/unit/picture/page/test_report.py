@@ -441,13 +441,13 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     shown = answers_table(answers, symbols)
     assert "Answer(" not in shown
     for key, answer in answers.items():
-        assert f"<td>{symbols.name(key)}</td><td>{answer.question}</td>" in shown
+        assert f'<td>{symbols.name(key)}</td><td class="asked">{answer.question}</td>' in shown
     assert (
         shown.count('<div class="equation"')
         == sum(answer.formula is not None for answer in answers.values())
         > 0
     )
-    assert '">-9.81</td><td>rad/s²</td>' in shown
+    assert '">-9.81</td><td class="unit">rad/s²</td>' in shown
     assert answers_table({}, symbols) == ""
     hostile = answers_table({"<b>": ("<i>", "<u>")}, symbols)
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile
