@@ -45,7 +45,7 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
             )
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
-    table = f"<table class=\"answers\"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    table = f'<table class="answers"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
     return f'<h2>Answers</h2>\n<div class="wide" tabindex="0">{table}</div>'
 
 
@@ -57,7 +57,9 @@ def _number(value: Any) -> str:
     >>> _number(((1, 2), (3, 4))).count("<span>")
     4
     """
-    if not (isinstance(value, tuple | list) and value and all(isinstance(row, tuple | list) for row in value)):
+    if not (
+        isinstance(value, tuple | list) and value and all(isinstance(row, tuple | list) for row in value)
+    ):
         return escape(significant(value, 8))
     cells = "".join(f"<span>{escape(significant(x, 8))}</span>" for row in value for x in row)
     columns = f"grid-template-columns: repeat({len(value[0])}, auto)"
