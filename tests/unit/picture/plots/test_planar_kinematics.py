@@ -189,8 +189,9 @@ def test_refusals(four_bar: fb.Trajectory) -> None:
 
 @pytest.mark.parametrize("diagram", ["velocity_diagram", "acceleration_diagram"])
 def test_texts_of_a_diagram_do_not_cover_each_other(four_bar: fb.Trajectory, diagram: str) -> None:
-    ax = getattr(fb.plot, diagram)(four_bar, own(), at=0.1)
-    draw = FigureCanvasAgg(ax.figure).get_renderer()
-    boxes = [text.get_window_extent(draw) for text in ax.texts if text.get_text()]
+    ax = getattr(fb.plot, diagram)(four_bar, at=0.1)
+    canvas = FigureCanvasAgg(ax.figure)
+    canvas.draw()
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in ax.texts if text.get_text()]
     assert len(boxes) > 4
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
