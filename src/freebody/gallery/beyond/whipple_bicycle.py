@@ -111,13 +111,13 @@ def coefficients(machine: Any, values: dict[str, float]) -> dict[str, np.ndarray
 
 def equation(parts: dict[str, np.ndarray], row: int) -> Printed:
     """Return one of the two linear equations, with numbers as coefficients."""
-    line = tex = ""
+    line, tex, thin = "", "", r"\, "
     for name, factor, dots in (("M", "", "''"), ("C1", "v*", "'"), ("K0", "g*", ""), ("K2", "v^2*", "")):
         for x, angle in zip(parts[name][row], ("lean", "delta"), strict=True):
             if abs(x) > 1e-12 * np.abs(parts[name]).max():  # the rest is zero except for round-off
                 number = f" {'+' if x > 0 else '-'} {significant(abs(x))}"
                 line += f"{number}*{factor}{angle}{dots}"
-                tex += rf"{number}\, {factor.replace('*', ' ')}{label_latex(angle + dots)}"
+                tex += rf"{number}\, {factor.replace('*', thin)}{label_latex(angle + dots)}"
     return Printed(*(f"{side.removeprefix(' + ')} = 0" for side in (line, tex)))
 
 
