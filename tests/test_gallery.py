@@ -386,7 +386,7 @@ def test_history_of_one_unit_marks_events() -> None:
     panel = history(motion, ["theta'", "psi'"], title="Rates")
     assert panel.get_title(loc="left") == "Rates" and panel.get_ylabel() == "[rad/s]"
     labels = [text.get_text() for text in panel.get_legend().get_texts()]
-    assert labels == [r"$\dot{\theta}$", r"$\dot{\psi}$", "smallest theta, largest theta"]
+    assert labels == [r"$\dot{\theta}$", r"$\dot{\psi}$", r"smallest $\theta$, largest $\theta$"]
     marks = next(line for line in panel.lines if len(line.get_xdata()) == len(motion.events))
     np.testing.assert_array_equal(marks.get_xdata(), [event.time for event in motion.events])
     assert len(history(motion, "theta", events=False).lines) == 1

@@ -232,7 +232,8 @@ def _fresh(ring: Any, used: Sequence[int]) -> Any:
         copy.positive = g.positive
         if not g.depends:  # π
             copy.depends = 0
-    for x in ring.positive:
+    angles = (ring.variable(g.index) for g in ring.generators if g.positive and g.kind in ("sin", "cos"))
+    for x in (*angles, *ring.positive):
         if not ring.depends(x) & ~mask:
             new.assume_positive(ring.to_sympy(x))
     return new

@@ -21,6 +21,7 @@ import freebody as fb
 
 from ...scalar.digits import significant
 from ...space.shape import Shape
+from ...symbolic.printing.latex import label_latex
 from ..tools.answer import Answer, Answers, Plots, Printed, Solved
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
@@ -108,14 +109,16 @@ def coefficients(machine: Any, values: dict[str, float]) -> dict[str, np.ndarray
     return {"M": M, "C1": C_1, "K0": K / values["g"], "K2": K_1 - K}
 
 
-def equation(parts: dict[str, np.ndarray], row: int) -> str:
-    """Return one of the two linear equations as text, with numbers as coefficients."""
-    line = ""
+def equation(parts: dict[str, np.ndarray], row: int) -> Printed:
+    """Return one of the two linear equations, with numbers as coefficients."""
+    line, tex, thin = "", "", r"\, "
     for name, factor, dots in (("M", "", "''"), ("C1", "v*", "'"), ("K0", "g*", ""), ("K2", "v^2*", "")):
         for x, angle in zip(parts[name][row], ("lean", "delta"), strict=True):
             if abs(x) > 1e-12 * np.abs(parts[name]).max():  # the rest is zero except for round-off
-                line += f" {'+' if x > 0 else '-'} {significant(abs(x))}*{factor}{angle}{dots}"
-    return f"{line.removeprefix(' + ')} = 0"
+                number = f" {'+' if x > 0 else '-'} {significant(abs(x))}"
+                line += f"{number}*{factor}{angle}{dots}"
+                tex += rf"{number}\, {factor.replace('*', thin)}{label_latex(angle + dots)}"
+    return Printed(*(f"{side.removeprefix(' + ')} = 0" for side in (line, tex)))
 
 
 def eigenvalues(parts: dict[str, np.ndarray], v: float, g: float) -> np.ndarray:
@@ -168,7 +171,7 @@ def solve(case: Case) -> Solved:
     answers: Answers = {
         **{
             f"equation_{name}": Answer(
-                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", Printed.line(line)
+                f"equation of {name} near straight running", line.text, "", None, "fb.linearize(s)", line
             )
             for name, line in lines.items()
         },

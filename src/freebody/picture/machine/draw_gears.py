@@ -172,7 +172,10 @@ def _lines(m: MachineDrawing, wheel: Wheel, pitch: float, width: float) -> Itera
     count = max(1, round(2 * math.pi * wheel.radius * cosine / pitch))
     # a worm is as long as it is thick
     length = width if abs(slope) < 1 else 2.4 * wheel.radius
-    steps = np.linspace(-length / 2, length / 2, 3 + int(abs(slope) * length / wheel.radius * 8))
+    ends = (-length / 2, length / 2)
+    if abs(float(wheel.outward @ wheel.axis)) > 1e-9:  # a bevel wheel: from its pitch circle towards the apex
+        ends = (0.0, -math.copysign(length, float(line @ arm)))
+    steps = np.linspace(*ends, 3 + int(abs(slope) * length / wheel.radius * 8))
     for j in range(count):
         run: list[Array] = []
         for s in steps:

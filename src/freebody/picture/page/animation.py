@@ -51,6 +51,8 @@ THIN = 0.012
 SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
 """Colours of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
 
+PAPER = 5.0
+"""Lengths of its machine that a motion covers which is drawn over the lines of a paper."""
 ROUND = 1e-10
 """Forces (and moments over the size of the machine) below this fraction of the largest are round-off."""
 
@@ -386,6 +388,10 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             reach = (float(keys.position[:, :, 0].min()) - size, float(keys.position[:, :, 0].max()) + size)
             for piece in surface_parts(state, shape, reach, size):
                 parts.append({**(piece if isinstance(piece, dict) else part(piece, size)), "color": STEEL})
+    # a machine that travels over paper without ground is seen to move by the lines it passes
+    moved = np.ptp(keys.position, axis=0).max(axis=0, initial=0.0)
+    if not planes and not any(map(state, model.gravity)) and moved[2] == 0 and moved.max() > PAPER * size:
+        planes.append({"at": [0.0, 0.0, -size], "normal": [0.0, 0.0, 1.0]})
     return {"parts": parts, "planes": distinct(planes, size)}
 
 

@@ -26,32 +26,51 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
     rows = []
     for name, answer in answers.items():
         question, value, unit, formula = _parts(answer)
-        code = [str(answer.formula)] if formula else []
+        code = [answer.text if answer.formula is None else str(answer.formula)] if formula else []
         # a live page writes other numbers here; words hold whatever the numbers are
         mark = "" if isinstance(value, str) else f' data-answer="{escape(str(name))}"'
         if isinstance(value, str) and formula:
             shown, formula = symbols.formula(formula, code), ""
+        elif isinstance(value, str):
+            shown = f'<span class="words">{symbols.words(value)}</span>'
         else:
-            shown = symbols.words(value) if isinstance(value, str) else escape(significant(value, 8))
+            shown = _number(value)
         number = f'<td class="number"{mark}>{shown}</td>'
-        middle = f"<td>{symbols.words(question)}</td>" if questions else ""
-        rows.append(f"<tr><td>{symbols.name(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
+        middle = f'<td class="asked">{symbols.words(question)}</td>' if questions else ""
+        last = f'<td class="unit">{escape(unit)}</td>'
+        rows.append(f"<tr><td>{symbols.name(str(name))}</td>{middle}{number}{last}</tr>")
         if formula:
             rows.append(
                 f'<tr class="set"><td></td><td colspan="{len(head) - 1}">{symbols.formula(formula, code)}</td></tr>'
             )
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
-    table = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    table = f'<table class="answers"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
     return f'<h2>Answers</h2>\n<div class="wide" tabindex="0">{table}</div>'
+
+
+def _number(value: Any) -> str:
+    """Return a number, or numbers in a row, as HTML; rows of numbers as a matrix.
+
+    >>> _number((1.5, 2))
+    '1.5, 2'
+    >>> _number(((1, 2), (3, 4))).count("<span>")
+    4
+    """
+    if not (
+        isinstance(value, tuple | list) and value and all(isinstance(row, tuple | list) for row in value)
+    ):
+        return escape(significant(value, 8))
+    cells = "".join(f"<span>{escape(significant(x, 8))}</span>" for row in value for x in row)
+    columns = f"grid-template-columns: repeat({len(value[0])}, auto)"
+    return f'<span class="matrix" style="{columns}">{cells}</span>'
 
 
 def _parts(answer: Any) -> tuple[str, Any, str, str]:
     """(question, value, unit, formula as LaTeX) of an answer."""
     if hasattr(answer, "question"):
-        formula = "" if answer.formula is None else answer.latex
         unit = "" if answer.unit == "1" else answer.unit
-        return answer.question, answer.value, unit, formula
+        return answer.question, answer.value, unit, answer.latex
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], str):
         return "", answer[0], answer[1], ""
     return "", answer, "", ""

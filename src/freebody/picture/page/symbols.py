@@ -11,7 +11,7 @@ from typing import Any
 from ...model.closure import Closure
 from ...model.model import Model
 from ...symbolic.printing.latex import label_latex
-from ...symbolic.printing.names import GREEK
+from ...symbolic.printing.names import GREEK, SPELLED
 from ...typesetting.html import Glyphs
 from ...typesetting.latex import parse
 from ...typesetting.plain import plain
@@ -112,4 +112,4 @@ def in_letters(name: str) -> str:
 
 
 def _is_word(name: str) -> bool:
-    return name.isalpha() and len(name) > 1 and name not in GREEK
+    return name.isalpha() and len(name) > 1 and name not in GREEK and name not in SPELLED

@@ -77,7 +77,7 @@ def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = 
                     textcoords="offset points", va="center", ha=alignment, fontsize=9, color=INK,
                 )  # fmt: skip
         panel.axvline(0, color=INK, linewidth=0.9)
-        panel.set_yticks(place, names)
+        panel.set_yticks(place, [symbol(name) for name in names], **SETTING)
         panel.set_ylim(-0.6, len(names) - 0.4)
         panel.set_xlim(-1.25, 1.25)
         for side in ("top", "right"):

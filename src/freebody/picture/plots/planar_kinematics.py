@@ -12,7 +12,7 @@ This file is longer than others: these diagrams share the machine at one time, a
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ from ..machine.shapes import hidden
 from ..machine.solid_pieces import pieces_of
 from ..moving.keyframes import Named
 from ..paper.view import View, view_of
+from .labels import HORIZONTAL, VERTICAL, free_side
 from .plots import COLORS, INK, PALE, _title, figure
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def instant_centres(
                 text, p, xytext=(6, 6 + 13 * k), textcoords="offset points", color=COLORS[1], zorder=5
             )
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    _finished(ax, trajectory, at, title, "x [m]", "y [m]")
+    _finished(ax, trajectory, at, title, "$x$ [m]", "$y$ [m]")
     room = 0.1 * float(np.ptp(np.array(box), axis=0).max())
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(box[0][0] - room, box[1][0] + room)
@@ -331,6 +332,7 @@ def _diagram(
         return moment.view(np.array([float(x) for x in exact]))
 
     ends: dict[str, Array] = {}
+    lines: list[tuple[Array, Array]] = []
     for k, (body, points) in enumerate(_points(moment).items()):
         values = [(name, value(point)) for name, point in points]
         for name, v in values:
@@ -339,6 +341,7 @@ def _diagram(
             line = np.array([v for _, v in values])
             label = body.replace("_", " ")
             ax.plot(*line.T, "-", color=COLORS[k % len(COLORS)], linewidth=2.0, label=label, zorder=2)
+            lines += list(pairwise(line))
     longest = max((float(np.linalg.norm(v)) for v in ends.values()), default=0.0)
     shown: list[tuple[Array, list[str]]] = [(np.zeros(2), ["o"])]
     for name, v in ends.items():
@@ -351,9 +354,17 @@ def _diagram(
             ax.annotate("", xy=v, xytext=(0, 0), arrowprops=arrow, zorder=3)
         else:
             same.append(name)
+    # points of the arrows and lines that are drawn, which texts should not cover
+    way = np.linspace(0, 1, 25)[:, None]
+    taken = [way * v for v in ends.values()] + [a + way * (b - a) for a, b in lines]
     for v, names in shown:
         ax.plot(*v, "o", color=INK, markersize=3.5, zorder=4)
-        ax.annotate(", ".join(names), v, xytext=(5, 5), textcoords="offset points", color=INK, fontsize=10)
+        text = ", ".join(names)
+        side = free_side(v, len(text), longest, taken)
+        ax.annotate(
+            text, v, xytext=5 * side, textcoords="offset points", ha=HORIZONTAL[side[0]], va=VERTICAL[side[1]],
+            color=INK, fontsize=10,
+        )  # fmt: skip
     if ax.get_legend_handles_labels()[0]:
         ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     letters = [name for name, _ in moment.view.axes]
@@ -450,5 +461,5 @@ def coupler_curves(
         color = COLORS[(k + 1) % len(COLORS)]
         ax.plot(*path.T, color=color, linewidth=1.6, zorder=3)
         ax.plot(*moment.view(moment.now.point(point)), "o", color=color, markersize=5, zorder=4)
-    _finished(ax, trajectory, at, title, "x [m]", "y [m]")
+    _finished(ax, trajectory, at, title, "$x$ [m]", "$y$ [m]")
     return ax

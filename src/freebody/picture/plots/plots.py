@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, nearest
-from .labels import SETTING, label, symbol, text_of, unit, with_unit
+from .labels import SETTING, label, name_of, symbol, text_of, unit, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -463,7 +463,7 @@ def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:
 def _event_label(trajectory: Trajectory, kind: str) -> str:
     """Name of an event, or of what changes at it."""
     contacts = {contact.name for contact in trajectory.kernels.model.contacts}
-    return f"change at {kind}" if kind in contacts else kind
+    return f"change at {kind}" if kind in contacts else name_of(kind)
 
 
 def body_rotation(trajectory: Trajectory, body: str) -> Array:

@@ -75,3 +75,15 @@ def test_in_space_lines_of_teeth_stand_on_the_pitch_circles(axes, places, ratio,
     assert len(found) == 2
     assert all(len(group.items) > 1 for group in found) or axes == "xy"
     assert sum(len(group.items) - 1 for group in found) >= threads
+
+
+def test_teeth_of_bevel_wheels_end_at_their_pitch_circles() -> None:
+    """They run from the circle towards the apex: inside the circle on paper, where the reader sees the cones."""
+    drawing = draw(entries()["bevel-gears"].build())
+    for group in groups(drawing, "gear"):
+        *teeth, pitch = group.items
+        assert len(teeth) > 5
+        chord = np.linalg.norm(np.diff(pitch.points, axis=0), axis=1).max()
+        for tooth in teeth:
+            distances = np.linalg.norm(pitch.points - tooth.points[0], axis=1)
+            assert distances.min() <= chord / 2 + 1e-9

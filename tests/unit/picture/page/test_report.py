@@ -283,6 +283,25 @@ def test_a_wheel_is_pushed_where_it_touches():
     assert len(scene["ground"]["planes"]) == 1
 
 
+def test_a_machine_that_travels_over_paper_passes_lines():
+    """A car seen from above: without a plane, nothing would show that the picture follows it."""
+    outcome = entries()["turning-car"].run()
+    (plane,) = animation(outcome.trajectory)["ground"]["planes"]
+    assert plane["normal"] == [0, 0, 1] and plane["at"][2] < 0
+    standing = entries()["reaction-wheel"].run()
+    assert animation(standing.trajectory)["ground"]["planes"] == []
+
+
+def test_equations_and_matrices_among_answers_are_set():
+    from freebody.picture.page.answers import answers_table
+    from freebody.picture.page.symbols import Symbols
+
+    answers = {"M": ((((1.5, 2), (3, 4))), "kg"), "lam": (0.5, "rad")}
+    shown = answers_table(answers, Symbols())
+    assert 'style="grid-template-columns: repeat(2, auto)"><span>1.5</span>' in shown
+    assert "λ" in shown and "lam<" not in shown
+
+
 SEEN = ["sec-6-10", "rattleback", "four-bar", "ex-6-4"]
 """Machines of the gallery that stand for all in the quick tests."""
 
@@ -441,13 +460,13 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     shown = answers_table(answers, symbols)
     assert "Answer(" not in shown
     for key, answer in answers.items():
-        assert f"<td>{symbols.name(key)}</td><td>{answer.question}</td>" in shown
+        assert f'<td>{symbols.name(key)}</td><td class="asked">{answer.question}</td>' in shown
     assert (
         shown.count('<div class="equation"')
         == sum(answer.formula is not None for answer in answers.values())
         > 0
     )
-    assert '">-9.81</td><td>rad/s²</td>' in shown
+    assert '">-9.81</td><td class="unit">rad/s²</td>' in shown
     assert answers_table({}, symbols) == ""
     hostile = answers_table({"<b>": ("<i>", "<u>")}, symbols)
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import freebody as fb
@@ -184,3 +185,13 @@ def test_refusals(four_bar: fb.Trajectory) -> None:
             draw(space, own())
     with pytest.raises(SimulationError, match="Expected points of bodies of 'four_bar', such as"):
         fb.plot.coupler_curves(four_bar, "coupler", own())
+
+
+@pytest.mark.parametrize("diagram", ["velocity_diagram", "acceleration_diagram"])
+def test_texts_of_a_diagram_do_not_cover_each_other(four_bar: fb.Trajectory, diagram: str) -> None:
+    ax = getattr(fb.plot, diagram)(four_bar, at=0.1)
+    canvas = FigureCanvasAgg(ax.figure)
+    canvas.draw()
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in ax.texts if text.get_text()]
+    assert len(boxes) > 4
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))

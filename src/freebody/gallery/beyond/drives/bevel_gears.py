@@ -17,9 +17,11 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answers, Plots, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, together
 
 
 def build() -> fb.System:
@@ -27,10 +29,10 @@ def build() -> fb.System:
     s = fb.System("bevel_gears")
     m_1, r_1, m_2, r_2 = s.parameters(m_1=1.0, r_1=0.05, m_2=5.0, r_2=0.1)
     T, Q, alpha = s.parameters(T=6.0, Q=4.0, alpha=sympy.pi / 9)
-    pinion = s.body("pinion", fb.disk(m_1, r_1, axis="x"))
-    wheel = s.body("wheel", fb.disk(m_2, r_2, axis="y"))
-    first = s.hinge("first", s.ground, pinion, at=(r_2, 0, 0), axis="x", coordinate="phi_1")
-    second = s.hinge("second", s.ground, wheel, at=(0, r_1, 0), axis="y", coordinate="phi_2")
+    pinion = s.body("pinion", fb.disk(m_1, r_1, axis="x"), shape=blank(r_1, r_2, "x"))
+    wheel = s.body("wheel", fb.disk(m_2, r_2, axis="y"), shape=blank(r_2, r_1, "y"))
+    first = s.hinge("first", s.ground, pinion, at=(-r_2, 0, 0), axis="x", coordinate="phi_1")
+    second = s.hinge("second", s.ground, wheel, at=(0, -r_1, 0), axis="y", coordinate="phi_2")
     s.gear(first, second, -r_2 / r_1, name="mesh", pressure_angle=alpha)
     s.torque("motor", first, T)
     s.torque("load", second, Q)
@@ -49,6 +51,13 @@ def build() -> fb.System:
     return s
 
 
+def blank(radius: sympy.Expr, apex: sympy.Expr, axis: str) -> Shape:
+    """Return a wheel as it looks: its pitch circle and its pitch cone to 0.4 of the way to the apex."""
+    z = sympy.Symbol("z")
+    cone = fb.revolve(radius * (1 - z / apex), (0, sympy.Rational(2, 5) * apex), z, mass=1, axis=axis)
+    return together(placed(fb.disk(1, radius, axis=axis)), placed(cone))
+
+
 def solve(case: Case) -> Solved:
     """Solve the equations for accelerations and forces, and simulate."""
     from ....picture.plots.plots import energy_residual, history, saved
@@ -60,10 +69,10 @@ def solve(case: Case) -> Solved:
         "phi_2''": case.formula("angular acceleration of the wheel", found["phi_2''"], "rad/s²", how),
         "mesh": case.formula("torque of the teeth on the pinion", found["mesh"], "N m", how),
         "thrust": case.formula(
-            "force of the bearing along the pinion's axis, towards the apex", -found["first_x"], "N", how
+            "force of the bearing along the pinion's axis, towards the apex", found["first_x"], "N", how
         ),
-        "apart": case.formula("force of the bearing against the teeth", found["first_y"], "N", how),
-        "around": case.formula("force of the bearing around the wheel", found["first_z"], "N", how),
+        "apart": case.formula("force of the bearing against the teeth", -found["first_y"], "N", how),
+        "around": case.formula("force of the bearing around the wheel", -found["first_z"], "N", how),
     }
     trajectory = case.motion()
     plots: Plots = {

@@ -115,10 +115,13 @@ class ClosedForms:
         if type(x) is not Polynomial or below != 1:
             return arrange(x / Fraction(below), self.ring)
         forms = [self.sum_of(self.parts(terms)) for terms in self._variants(x)]
-        plain = arrange(x, self.ring)
-        if not any(g.kind == "sqrt" for g in self.ring.used(x)):
-            forms.append(plain)
+        if not any(g.kind == "sqrt" or self._turns(g) for g in self.ring.used(x)):
+            forms.append(arrange(x, self.ring))
         return min(forms, key=lambda form: self.operations.sum(form).total)
+
+    def _turns(self, g: Any) -> bool:
+        """Return True for 1/x where -x is known to be positive: an arrangement would print x."""
+        return g.kind == "inverse" and is_positive(self.ring, -self.ring.promoted(g.arguments[0].num))
 
     def _fractions(self, x: Scalar, below: Polynomial) -> Iterator[list[Product]]:
         """Return ``x / below`` as a fraction, and over a single term also as a sum of fractions."""

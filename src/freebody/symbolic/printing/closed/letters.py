@@ -78,7 +78,8 @@ class Letters:
                 if inner == 2:
                     return base, twice, sign
                 return factors[0][0], twice, 1
-        if g.kind == "inverse" and ("sqrt", -x) in self.ring._index:
+        # of x and -x, the one under a root or known to be positive: one letter for both
+        if g.kind == "inverse" and (("sqrt", -x) in self.ring._index or self._positive(-x)):
             return -x, twice, (-1) ** e
         return x, twice, 1
 
@@ -89,9 +90,11 @@ class Letters:
         if isinstance(base, tuple):
             return base[0] == "number"
         if isinstance(base, int):
-            g = self.ring.generators[base]
-            return bool(g.positive)
-        return is_positive(self.ring, self.ring.promoted(base.num))
+            return self._positive(self.ring.variable(base))
+        return self._positive(base)
+
+    def _positive(self, x: Polynomial) -> bool:
+        return is_positive(self.ring, self.ring.promoted(x.num))
 
     def kind(self, letter: int) -> str:
         """Return the kind of generator that a letter is, or a word for other letters."""

@@ -67,6 +67,23 @@ def test_a_book_prints(shown: str) -> None:
     assert text(ring.from_sympy(BOOK[shown]), ring) == shown
 
 
+def test_what_is_known_positive_keeps_its_side() -> None:
+    """1/(R - h) does not become -1/(h - R), whichever of them the ring has."""
+    for x in (-g / (R - h), g / (h - R)):
+        ring = ring_of()
+        assert text(ring.from_sympy(x), ring) == "g/(h - R)"
+        ring = ring_of()
+        ring.assume_positive(R - h)
+        assert text(ring.from_sympy(x), ring) == "-g/(R - h)"
+
+
+def test_roots_join_over_a_cosine_known_positive() -> None:
+    x = sp.pi / sp.sqrt((a * m - b * sp.cos(beta)) * sp.cos(beta) / h)
+    ring = ring_of()
+    ring.assume_positive(sp.cos(beta))
+    assert text(ring.from_sympy(x), ring) == "pi*sqrt(h/((m*a - b*cos(beta))*cos(beta)))"
+
+
 def check(x: object, ring: Ring) -> None:
     """The closed form is the element, exactly; its length is that of its text."""
     form = closed_form(x, ring)
