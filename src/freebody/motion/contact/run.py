@@ -232,6 +232,12 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"along the normal), even without restitution: a law is still violated by {rest:.3g} of "
             f"the greatest speed. Less friction, or impacts='sequential', makes the problem easier."
         )
+    if why == event_run.LOADED_IMPACT:
+        joints = ", ".join(repr(one.name) for one in work.model.contacts if one.loaded)
+        return SimulationError(
+            f"{impact}The load of a joint is an impulse then, which bounds that of its friction, and motions by events "
+            f"do not know it for friction {joints}. Take method='timestepping', or give torque= or force=."
+        )
     if why == event_run.SEQUENCE:
         fastest = float(np.min(it.x[np.cumsum([0, *(1 + work.scene.tangents[k] for k in chosen[:-1])])]))
         return SimulationError(
