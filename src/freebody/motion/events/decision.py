@@ -140,24 +140,30 @@ def loaded_modes(it: EventRun, contacts: Contacts) -> int:
     while why == 0 and it.loads > 0:
         if it.ready == 0:
             return event_run.ASK_KERNELS
-        if borne(it, contacts) == 0:
+        changed = borne(it, contacts)
+        if changed == 0:
             return 0
         turn += 1
-        if turn > TURNS:
-            return event_run.NO_MOTION
+        if changed < 0 or turn > TURNS:
+            return event_run.JAMMED
         why = solved_modes(it, contacts)
     return why
 
 
 @compiled
 def borne(it: EventRun, contacts: Contacts) -> int:
-    """Set the loads of joints to those of the modes; return 1 if they are others than those of the decision, else 0."""
+    """Set the loads of joints to those of the modes; return 1 if they are others than those of the decision, else 0.
+
+    It is -1 if no loads agree with the friction that they bound.
+    """
     set_up(it, contacts)
     it.forces(it.t, it.y, it.phase, it.speeds)
     change, most = 0.0, 0.0
     for k in range(it.contacts):
         if it.loaded[k] != 0:
             load = it.speeds[it.first[k]]
+            if not math.isfinite(load):
+                return -1
             change, most = greater(change, abs(load - it.given[k])), greater(most, load)
             it.given[k] = it.load[k] = load
     return 1 if change > AGREE * most else 0

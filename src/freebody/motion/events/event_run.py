@@ -72,12 +72,13 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     NO_IMPULSES,
     SEQUENCE,  # sequential impacts do not end
     LOADED_IMPACT,  # contacts collide, and the load of a joint bounds its friction
+    JAMMED,  # the load of a joint grows with the friction that it bounds
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
     STALLED,  # the steps do not move on
     OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
-) = range(100, 120)
+) = range(100, 121)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 

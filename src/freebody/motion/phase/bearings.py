@@ -12,7 +12,7 @@ do not come to it, the joint jams under its own friction (Painlevé).
 from __future__ import annotations
 
 from ...native.instructions import EPS, Reals, compiled, greater, root
-from .closed_contacts import balance
+from .closed_contacts import NAN, balance
 from .contact_outputs import closed_touched, evaluated, extended, force_of
 from .phase_record import PhaseData
 
@@ -46,10 +46,19 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
         change = bear(t, phase)
         if change <= SAME or NEARLY >= change >= last:
             return 1
-        if not change > SAME:  # not finite
-            return 0
         last = change
+    for j in range(phase.loaded_count):  # it grows by its own friction
+        force_of(phase, phase.loaded[j])[0] = NAN
     return 0
+
+
+@compiled
+def load_of(bearing: Reals, j: int) -> float:
+    """Return r (|F_a| + |F_b|) of a joint."""
+    F = bearing[7 * j :]
+    return F[0] * (
+        root(F[1] * F[1] + F[2] * F[2] + F[3] * F[3]) + root(F[4] * F[4] + F[5] * F[5] + F[6] * F[6])
+    )
 
 
 @compiled
@@ -58,13 +67,8 @@ def bear(t: float, phase: PhaseData) -> float:
     change, most = 0.0, 0.0
     phase.bearings(t, phase.state, phase.bearings_c, phase.bearing)
     for j in range(phase.loaded_count):
-        k, F = phase.loaded[j], phase.bearing[7 * j :]
-        load = F[0] * (
-            root(F[1] * F[1] + F[2] * F[2] + F[3] * F[3]) + root(F[4] * F[4] + F[5] * F[5] + F[6] * F[6])
-        )
+        k, load = phase.loaded[j], load_of(phase.bearing, j)
         change, most = greater(change, abs(load - phase.pressure[k])), greater(most, load)
-        if not abs(load - phase.pressure[k]) >= 0.0:
-            return load  # not finite
         phase.pressure[k] = load
         force_of(phase, k)[0] = load
     return change / most if most > 0.0 else 0.0

@@ -34,6 +34,7 @@ from ..cones.block_rows import along, dot, magnitude
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.islands import Islands
+from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
@@ -42,6 +43,7 @@ from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip
 from .stepping_record import (
     CONTACTS,
+    JAMMED,
     LOADS,
     NONE,
     NOT_FINITE,
@@ -115,6 +117,7 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
     size, best, idle, r, trials, changes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    passes = 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
@@ -122,6 +125,14 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         contact_rates(run, trials)  # 3
         if impulses(run, islands, goal) == 0:
             return CONTACTS
+        if run.bearings.count > 0:
+            change = bear(run, t)
+            if change > AGREE:
+                passes += 1
+                if passes > PASSES:
+                    return JAMMED
+                continue
+            passes = 0
         if machine.turning == 0:
             break
         for i in range(machine.n):
