@@ -110,9 +110,8 @@ def log_pairs(run: Run) -> None:
 
 @compiled
 def mode(run: Run, a: int) -> int:
-    """Return the mode of the pressed contact whose normal is row ``a``."""
-    problem = run.problem
-    return slip(run, a + 1) if a < problem.count - 1 and problem.kinds[a + 1] > NORMAL else STICK
+    """Return the mode of the pressed contact whose normal is row ``a``: without friction it is no stick."""
+    return slip(run, a + 1) if run.problem.mu[a] != 0.0 else SLIP
 
 
 @compiled
