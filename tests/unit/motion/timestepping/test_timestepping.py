@@ -104,7 +104,7 @@ def test_bounce_and_events_and_data():
     crossed, *bounces = motion.events  # rises to 0.35 only after
     assert (crossed.name, crossed.direction) == ("y - 0.6", -1)
     assert crossed.time == pytest.approx(math.sqrt(1 / G), abs=1e-3)
-    assert str(bounces[0]) == "t = 0.452 s: contact floor: open → stick, the gap closed"
+    assert str(bounces[0]) == "t = 0.452 s: contact floor: open → slip, the gap closed"
     # each flight is half as long as the last; one shorter than a step is none
     flights = [change.end - change.start for change in motion.modes.of("floor") if change.mode == "open"]
     assert len(flights) == len(bounces) // 2 + 1
