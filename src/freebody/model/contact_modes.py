@@ -176,9 +176,7 @@ def pressures(model: Model, given: Mapping[str, Load]) -> list[Parameter]:
     """Return the loads of joints that bound the friction of slips: they are known with the reactions, as numbers."""
     known = {parameter.name for parameter in model.parameters}
     names = [x.contact.normal_name for x in given.values() if isinstance(x, Sliding) and x.contact.loaded]
-    return [
-        Parameter(name, sympy.Symbol(name, real=True), None) for name in names if name not in known
-    ]
+    return [Parameter(name, sympy.Symbol(name, real=True), None) for name in names if name not in known]
 
 
 def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:

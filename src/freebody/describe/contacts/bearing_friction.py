@@ -23,7 +23,6 @@ from ...scalar.algebra import Expression
 from ...scalar.expression import exact
 from ..constants import default_value
 from ..part import Constant
-from .coefficients import at_rest
 from .joint_friction import JointFriction
 
 

@@ -89,11 +89,11 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     for c in model.contacts:
         for name in ("radius", "length") if c.loaded else ():
             given = getattr(c.law, name)
-            size = 1.0 if given is None else number(model, values, given, f"the {name} of friction '{c.name}'")
+            size = (
+                1.0 if given is None else number(model, values, given, f"the {name} of friction '{c.name}'")
+            )
             if not size > 0:
-                raise SimulationError(
-                    f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}."
-                )
+                raise SimulationError(f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}.")
         laws = (c.friction_at_rest, c.static_friction)
         if c.presser:
             given = f"{c.law.about}= of contact '{c.owner}'"

@@ -46,6 +46,7 @@ def check_loads(model: Model, blows: Sequence[Any]) -> None:
         )  # fmt: skip
     if names and model.families:
         raise SimulationError(
-            f"'{model.name}' has contacts in families, '{model.families[0].name}', whose forces are not among the loads "
-            f"of joints that bound friction {names}. Take s.contact for them, or give the joint torque= or force=."
+            f"'{model.name}' has contacts in families, '{model.families[0].name}', whose forces are not among the "
+            f"loads of joints that bound friction {names}. Take s.contact for them, or give the joint torque= or "
+            "force=."
         )

@@ -88,8 +88,7 @@ class TouchingMachine:
             }
         if self.scene.loaded:
             result |= {
-                name: list(x)
-                for name, x in candidates.bearings_of(state, given[: candidates.inputs]).items()
+                name: list(x) for name, x in candidates.bearings_of(state, given[: candidates.inputs]).items()
             }
         return {**result, "observation": list(observed(state, moving, forces))}
 

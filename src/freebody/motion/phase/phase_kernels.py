@@ -5,7 +5,7 @@ Each has the signature of a kernel, f(t, y, c, out); y = (q, u, work, heat of fr
 
 from __future__ import annotations
 
-from ...native.instructions import EPS, Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import EPS, Reals, compiled, greater, lesser, root
 from . import laws
 from .bearings import solve
 from .closed_contacts import NAN, independent

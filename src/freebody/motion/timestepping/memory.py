@@ -52,7 +52,10 @@ def memory_of(
         bearings, of_joints = run.bearings, mean_bearings(kernels)
         bearings.count, bearings.number[:] = loaded, shape.held
         bearings.loaded[:] = [k for k, c in enumerate(model.contacts) if c.loaded]
-        bearings.forces, bearings.c = of_joints.address("bearings"), of_joints.constants(kernels.parameters(values))
+        bearings.forces, bearings.c = (
+            of_joints.address("bearings"),
+            of_joints.constants(kernels.parameters(values)),
+        )
     run.families.pairs.most, run.families.patch.most = pairs, points
     owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)

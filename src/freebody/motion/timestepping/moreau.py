@@ -70,6 +70,8 @@ def march(run: Run, islands: Islands) -> int:
         if run.failure == NONE:
             run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
         if run.failure == NONE:
+            run.failure = end_speeds(run)
+        if run.failure == NONE:
             account(run)
             advance(run, t)  # 4: q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺)), quaternions by Cayley's rotation
             run.failure = correct(run, islands, t)  # 5: gaps >= 0, φ = 0
@@ -112,7 +114,7 @@ def midpoint(run: Run, t: float) -> int:
 
 @compiled
 def velocities(run: Run, islands: Islands, t: float) -> int:
-    """Find u⁺ and the impulses in which loads, constraints and contacts agree; return a failure or NONE."""
+    """Find free speeds and impulses in which loads, constraints and contacts agree; return a failure or NONE."""
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
@@ -125,14 +127,11 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         contact_rates(run, trials)  # 3
         if impulses(run, islands, goal) == 0:
             return CONTACTS
-        if run.bearings.count > 0:
-            change = bear(run, t)
-            if change > AGREE:
-                passes += 1
-                if passes > PASSES:
-                    return JAMMED
-                continue
-            passes = 0
+        if run.bearings.count > 0 and bear(run, t) > AGREE:
+            passes += 1
+            if passes > PASSES:
+                return JAMMED
+            continue
         if machine.turning == 0:
             break
         for i in range(machine.n):
@@ -159,8 +158,14 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         changes += 1
         goal = greater(run.tolerance, 0.1 * size)
     run.residual = greater(run.residual, problem.residual)
-    for i in range(machine.n):
-        run.u_new[i] = run.free[i] + (run.u[i] + problem.v[i])
+    return NONE
+
+
+@compiled
+def end_speeds(run: Run) -> int:
+    """Set u⁺; return a failure or NONE."""
+    for i in range(run.machine.n):
+        run.u_new[i] = run.free[i] + (run.u[i] + run.problem.v[i])
         if not math.isfinite(run.u_new[i]):
             return NOT_FINITE
     return NONE
