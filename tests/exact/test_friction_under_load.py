@@ -143,26 +143,3 @@ def test_a_joint_that_presses_itself_by_more_than_its_load_jams():
     assert stepped.at(0.01)["x'"] == pytest.approx(0, abs=1e-12)
     run, s = SimpleNamespace(failure=JAMMED), beside(0.51)
     assert "'beside' jam at t = 1 s" in failure(run, fb.assemble(s), {}, 1.0, np.zeros(2))
-
-
-def test_impacts_blows_and_families_beside_it_are_refused():
-    s = pendulum(0.3, 0.02)
-    s.stop("wall", s.joints["pin"], low=0.5)
-    hit = "Contacts 'wall' collide. The load of a joint is an impulse then, and so is the friction 'dry' that it bounds"
-    with pytest.raises(fb.FreebodyError, match=re.escape(hit)):
-        fb.simulate(s, 1, initial={"theta": 1.2})
-    stepped = fb.simulate(s, 1, initial={"theta": 1.2}, method="timestepping", step=1e-3)
-    assert stepped["theta"].min() > 0.5 - 1e-9
-    blow = [fb.blow(0.5, at=s.bodies["bar"].origin, impulse=(1, 0, 0))]
-    with pytest.raises(
-        fb.FreebodyError, match=re.escape("'pendulum' has a blow, 'blow'. The load of a joint is")
-    ):
-        fb.simulate(pendulum(0.3, 0.02), 1, impulses=blow)
-    s = pendulum(0.3, 0.02)
-    ball = s.body("ball", fb.sphere(1, 0.1))
-    s.free("air", s.ground, ball)
-    s.contacts("pile", [ball.sphere(0.1)], against=s.ground.plane(normal="y"))
-    with pytest.raises(
-        fb.FreebodyError, match=re.escape("has contacts in families, 'pile', whose forces are not")
-    ):
-        fb.simulate(s, 1, initial={"air_y": 1}, method="timestepping", step=1e-2)

@@ -27,15 +27,15 @@ def bearing_loads(model: Model, state: State, moving: Motion) -> list[Scalar]:
         law = contact.law
         if law is None or not contact.loaded:
             continue
-        force, moment = found[law.joint.name]  # type: ignore[attr-defined]
-        i = joint_link(model, JointForce(law.joint, 1, law.index))  # type: ignore[attr-defined]
+        force, moment = found[law.joint.name]
+        i = joint_link(model, JointForce(law.joint, 1, law.index))
         w, v = state.subspace(i)
         n = apply(rotation(model, state, i), w if law.turns else v)
         across = subtract(force, scale(dot(n, force), n))
         places: tuple[Vector, Vector] = (across, ZERO)
-        if law.length is not None:  # type: ignore[attr-defined]
-            couple = scale(divide(1, state(law.length)), cross(moment, n))  # type: ignore[attr-defined]
+        if law.length is not None:
+            couple = scale(divide(1, state(law.length)), cross(moment, n))
             half = scale(divide(1, 2), across)
             places = add(half, couple), subtract(half, couple)
-        result += [state(law.arm), *places[0], *places[1]]  # type: ignore[attr-defined]
+        result += [state(law.arm), *places[0], *places[1]]
     return result

@@ -38,8 +38,8 @@ class BearingFriction(JointFriction, kind="bearing_friction"):
         """Refuse joints that share their load in a way that these data do not say, and impossible sizes."""
         super().check()
         joint, title = self.joint, self.title
-        kind = joint.primitives[0].kind
-        if len(joint.primitives) != 1 or kind not in ("hinge", "slider"):
+        motion = joint.primitives[0]
+        if len(joint.primitives) != 1 or motion.turns == motion.slides:
             raise ModelError(
                 f"{self.heading} has a coefficient, which hinges and sliders have: the load of "
                 f"{joint.type} '{joint.name}' bounds the friction of several displacements, or of a thread, together. "

@@ -17,9 +17,7 @@ def frictions(model: Model) -> str:
 def jammed(model: Model, t: float) -> SimulationError:
     """Return the error for joints whose load grows with the friction that it bounds."""
     joints = ", ".join(
-        f"'{one.name}' of joint '{one.law.joint.name}'"  # type: ignore[union-attr]
-        for one in model.contacts
-        if one.loaded
+        f"'{one.name}' of joint '{one.law.joint.name}'" for one in model.contacts if one.loaded
     )
     return SimulationError(
         f"Joints of '{model.name}' jam at t = {t:.9g} s: the friction under their load presses them by more than it "
