@@ -182,3 +182,23 @@ def test_a_ball_rolls_along_a_capsule_and_over_its_end(swapped):
     foot = np.clip(centre[:, :1], 0, 0.4) * [1, 0, 0]
     assert np.linalg.norm(centre - foot, axis=1).min() > 0.15 - 1e-12
     assert motion.energy.relative_residual < 1e-8
+
+
+def test_a_cylinder_on_its_side_rolls_down_on_the_circles_of_its_ends():
+    """It rolls with 2/3 g sin a, from a fall onto its side too, and both circles bear half of its weight."""
+    s = fb.System("log")
+    slope = 0.2
+    s.gravity = (0, -9.81 * math.sin(slope), -9.81 * math.cos(slope))
+    log = s.body("log", fb.cylinder(1, 0.1, 0.4, axis="x"))
+    s.free("air", s.ground, log)
+    for name, x in (("left", -0.2), ("right", 0.2)):
+        end = log.circle(0.1, at=(x, 0, 0), axis="x")
+        s.contact(name, end, s.ground.plane(normal="z"), friction=0.5)
+    motion = fb.simulate(s, 1, initial={"air_z": 0.1}, tolerance=1e-11)
+    assert motion["air_y"][-1] == pytest.approx(-9.81 * math.sin(slope) / 3, rel=1e-9)
+    for one in motion.contacts.values():
+        assert one.mode[-1] == "stick"
+        assert one.normal[-1] == pytest.approx(9.81 * math.cos(slope) / 2, rel=1e-9)
+    fallen = fb.simulate(s, 1, initial={"air_z": 0.2, "air_wz": 0.5})
+    assert [one.mode[-1] for one in fallen.contacts.values()] == ["stick", "stick"]
+    assert fallen["air_z"][-1] == pytest.approx(0.1, abs=1e-9)

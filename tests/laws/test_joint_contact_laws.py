@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.dynamics.kinematics import rotation
+from freebody.dynamics.state import float_state
 
 RIGID, LAW = (1.2, 2.0), "(0.3 + 0.5*exp(-slip/0.4))*f"
 
@@ -85,3 +87,70 @@ def test_forces_balance_the_accelerations(seed):
     needed = smooth.inverse_dynamics(q, u, udot)
     given = np.column_stack([forces[name] for name in ("dry0", "dry1", "dry2", "rub")])
     np.testing.assert_allclose(given, needed, atol=1e-8 * np.abs(needed).max())
+
+
+def loaded_chain(rng):
+    """Two pins and a guide in space whose loads bound their friction, one of the pins borne at two places."""
+    s = fb.System("chain")
+    s.gravity = tuple(rng.normal(size=3) * 5)
+    links = [s.body(f"b{k}", fb.box(1, (0.1, 0.2, 0.5))) for k in range(2)]
+    first = s.hinge(
+        "h0", s.ground, links[0], to=(0, 0, 0.25), axis=tuple(rng.normal(size=3)), coordinate="q0"
+    )
+    joint = s.hinge(
+        "h1", *links, at=(0, 0, -0.25), to=(0, 0, 0.25), axis=tuple(rng.normal(size=3)), coordinate="q1"
+    )
+    slide = s.body("slide", fb.particle(0.5))
+    guide = s.slider("guide", links[1], slide, at=(0, 0, -0.25), axis="z", coordinate="z")
+    s.spring("k", guide, stiffness=20)
+    s.friction("dry0", first, coefficient="0.3 + 0.2*exp(-slip/0.4)", radius=0.03, length=0.4)
+    s.friction("dry1", joint, coefficient=0.3, static=0.5, radius=0.04)
+    s.friction("rub", guide, coefficient=0.2)
+    return s
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_friction_under_the_load_of_joints_is_that_of_their_reactions(seed):
+    rng = np.random.default_rng(seed)
+    s = loaded_chain(rng)
+    start = {"q0": 0.3, "q1": -0.4, "z": 0.05, **{f"q{k}'": float(2 * rng.normal()) for k in range(2)}}
+    motion = fb.simulate(s, 2, initial=start, times=np.linspace(0, 2, 201), tolerance=1e-10)
+    assert motion.energy.relative_residual < 1e-7
+    assert (np.diff(motion.energy.friction) <= 1e-9).all()
+    seen = set()
+    for name, joint, axis, arm, length in (
+        ("dry0", "h0", None, 0.03, 0.4), ("dry1", "h1", None, 0.04, None), ("rub", "guide", "z", 1, None),
+    ):  # fmt: skip
+        one, R = motion.contacts[name], motion.reactions[joint]
+        n = axes(s, motion, joint, axis)
+        across = R.force - (R.force * n).sum(1)[:, None] * n
+        places = [across] if length is None else [
+            across / 2 + sign * np.cross(R.moment, n) / length for sign in (1, -1)
+        ]  # fmt: skip
+        load = arm * sum(np.linalg.norm(F, axis=1) for F in places)
+        np.testing.assert_allclose(one.normal, load, rtol=1e-9, atol=1e-9)
+        v, T, sticks = one.slip, one.least[:, 1], one.mode == "stick"
+        mu = (
+            0.3 + 0.2 * np.exp(-np.abs(v) / 0.4)
+            if name == "dry0"
+            else np.full(len(v), 0.3 if arm < 1 else 0.2)
+        )
+        static = np.where(sticks, {"dry0": 0.5, "dry1": 0.5, "rub": 0.2}[name], mu)
+        most = (static / np.sqrt(1 + static**2) if arm < 1 else static) * load
+        assert (np.abs(T) <= most + 1e-8).all() and np.abs(v[sticks]).max(initial=0) < 1e-9
+        fast = ~sticks & (np.abs(v) > 1e-6)
+        np.testing.assert_allclose(T[fast], (-most * np.sign(v))[fast], rtol=1e-9)
+        seen |= set(one.mode)
+    assert seen & {"slip+", "slip-"}
+
+
+def axes(s, motion, joint, axis):
+    """The axis of a joint in ground axes at every time of a motion."""
+    model, result = fb.assemble(s), []
+    links = model.joints[joint].links
+    for q, u in zip(motion.at(motion.t).q, motion.at(motion.t).u, strict=True):
+        state = float_state(model, q.tolist(), u.tolist())
+        w, v = state.subspace(links[0])
+        R = np.array(rotation(model, state, links[0]), dtype=float)
+        result.append(R @ np.array(v if axis else w, dtype=float))
+    return np.array(result)

@@ -20,9 +20,9 @@ from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
 from .constraints.gear import gear as _gear
-from .contacts import joint_friction as _joint_friction
 from .contacts import stop as _stop
 from .contacts import system_contacts as _contacts
+from .contacts import system_friction as _friction
 from .contacts.family import ContactFamily
 from .contacts.system_families import ContactTable
 from .controller import Controller
@@ -253,7 +253,7 @@ class System(Description):
     rolling = _constraints.rolling
     contact = _contacts.contact
     stop = _stop.stop
-    friction = _joint_friction.friction
+    friction = _friction.friction
     controller = _controller.controller
 
     # -- bodies ---------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
                         :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
+joints under load       :func:`friction_circle`, :func:`jamming_arm`
 surfaces                :func:`drifting_block`, :func:`dome_exit`, :func:`rolling_ball`, :func:`spinning_ball`
 impacts                 :func:`elastic_impact`, :func:`damped_impact`, :func:`hunt_crossley_restitution`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
@@ -38,6 +39,8 @@ from .contact import (
     RollingDown,
     SlidingBody,
     braking_car,
+    friction_circle,
+    jamming_arm,
     leaning_board,
     monorail_car,
     pulled_disk,
@@ -162,10 +165,12 @@ __all__ = [
     "falling_bar",
     "folding_equilibrium",
     "folding_links",
+    "friction_circle",
     "gyrocompass",
     "gyroscope_moments",
     "hinged_bar",
     "hunt_crossley_restitution",
+    "jamming_arm",
     "jeffcott",
     "jeffcott_start",
     "kepler_orbit",

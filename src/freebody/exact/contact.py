@@ -282,3 +282,33 @@ def monorail_car(m: float, l: float, h: float, mu: float, g: float = 9.81) -> Mo
     return MonorailCar(
         front, rear, "front" if best is front else "rear", m * g / 2 + shift, m * g / 2 - shift
     )
+
+
+def friction_circle(mu: float, radius: float) -> float:
+    """Return the radius r sin φ, tan φ = μ, of the circle of friction of a pin [m].
+
+    A pin that turns in its hole is touched along a line, by N along the radius and μ N across it. Their sum passes the
+    axis at r μ/√(1 + μ²); a pin on which it passes nearer does not turn.
+
+    Source: Beer & Johnston, Vector Mechanics for Engineers: Statics, section 8.6.
+
+    Examples
+    --------
+    >>> friction_circle(0.75, 0.02)
+    0.012
+    """
+    return radius * mu / sqrt(1 + mu * mu)
+
+
+def jamming_arm(mu: float, length: float) -> float:
+    """Return the distance from the axis of a guide at which a force along it does not move it any more [m].
+
+    A force F at the distance a presses two places, a ``length`` L apart, by N = F a/L each, so that 2 μ N < F is
+    a < L/(2 μ), whatever F is.
+
+    Examples
+    --------
+    >>> jamming_arm(0.25, 0.5)
+    1.0
+    """
+    return length / (2 * mu)

@@ -165,6 +165,11 @@ class Contact:
         return self.compliant or (self.law is not None and self.law.held)
 
     @property
+    def loaded(self) -> bool:
+        """True if the load of a joint presses it: it depends on the accelerations."""
+        return self.law is not None and self.law.loaded
+
+    @property
     def compliant(self) -> bool:
         """True if its normal force is a law of its depth."""
         return self.normal_force is not None
@@ -232,17 +237,17 @@ def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Con
     """Return the elements of a contact that is known by its gaps."""
     result = []
     feature, surface = map(Side, pair.bodies)
-    static = at_rest(pair.friction) if pair.static_friction is None else pair.static_friction
+    kinetic, static = pair.limits
     for ending, gap in pair.elements:
         name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
         names.add(name)
-        count = 0 if pair.friction == static == 0 else gap.directions
+        count = 0 if kinetic == static == 0 else gap.directions
         letters = ((), ("T",), ("T1", "T2"))[count]
         forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
         taken.update(forces)
         result.append(
             Contact(
-                name, pair.name, feature, surface, pair.friction, static, pair.restitution, pair.impact, None,
+                name, pair.name, feature, surface, kinetic, static, pair.restitution, pair.impact, None,
                 upright_of(model.gravity), forces[0], tuple(forces[1:]), gap,
             )
         )  # fmt: skip

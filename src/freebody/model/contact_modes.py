@@ -2,16 +2,20 @@
 
 rigid       N, and T in stick, are forces of conditions;  T = -μ N d in slip acts with N
 adhesion    N is the force of a condition;  -μ A d in slip, of T = -μ (N + A) d, is a load
+bearing     T = -μ P d in slip is a load, of the load P of a joint, which is a number that its reaction gives
 compliant   N = N(d, d') is a load, as is T = -μ N d in slip; T in stick is the force of a condition
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import sympy
+
 from ..describe.contacts.coefficients import SLIP
+from ..describe.description import Parameter
 from ..describe.loads.action import Action, PointForce
 from ..describe.loads.load import Load, Look
 from ..errors import ModelError, nearest
@@ -72,6 +76,8 @@ class Sliding(Load):
             (d,), (row,) = self.direction, law.tangents(at)
             slip = d * at.rate(law.joint, law.index) if contact.slows else 0
             size = at.of(contact.friction, {SLIP: slip})
+            if contact.loaded:
+                size = at(sympy.Symbol(contact.normal_name, real=True)) * size
             for action in row:
                 yield replace(action, value=-d * size * action.value)
             return
@@ -158,7 +164,19 @@ def in_modes(model: Model, modes: Any) -> Model:
                 f"'{first.name}' and '{last.name}' cannot be closed at once: they are the two ends of "
                 f'{first.law.title}. Close one of them, modes={{"{first.name}": "closed"}}.'
             )
-    return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **given})
+    return replace(
+        model,
+        constraints={**model.constraints, **closed},
+        loads={**model.loads, **given},
+        parameters=(*model.parameters, *pressures(model, given)),
+    )
+
+
+def pressures(model: Model, given: Mapping[str, Load]) -> list[Parameter]:
+    """Return the loads of joints that bound the friction of slips: they are known with the reactions, as numbers."""
+    known = {parameter.name for parameter in model.parameters}
+    names = [x.contact.normal_name for x in given.values() if isinstance(x, Sliding) and x.contact.loaded]
+    return [Parameter(name, sympy.Symbol(name, real=True), None) for name in names if name not in known]
 
 
 def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:

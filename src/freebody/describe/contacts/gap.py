@@ -17,7 +17,7 @@ from ...scalar.algebra import Expression, Scalar
 from ..frame import Frame, Point
 from ..loads.action import Action
 from ..part import SORTS, Constant, Part, register
-from .coefficients import bounce, friction_law, static_law
+from .coefficients import at_rest, bounce, friction_law, static_law
 from .system_contacts import IMPACTS
 
 FrictionLaw: TypeAlias = Expression
@@ -76,6 +76,8 @@ class Gap(Part):
     )
     held: ClassVar[bool] = False
     """True if a constant normal force of 1 holds it closed: friction up to the coefficients themselves."""
+    loaded: ClassVar[bool] = False
+    """True if the load of its joint is that normal force."""
     directions: ClassVar[int] = 1
     """Number of tangents, 1 or 2, if there is friction."""
     one_at_a_time: ClassVar[bool] = False
@@ -131,6 +133,11 @@ class Gap(Part):
                 f"its class one, such as point: fb.Point."
             )
         return found[0], found[1] if len(found) > 1 else found[0].system.ground
+
+    @property
+    def limits(self) -> tuple[Any, Any]:
+        """The coefficients of slip and of stick."""
+        return self.friction, at_rest(self.friction) if self.static_friction is None else self.static_friction
 
     @property
     def turns(self) -> bool:

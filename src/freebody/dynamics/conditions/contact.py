@@ -211,13 +211,13 @@ def friction_coefficient(
 
 
 def given_normal_force(model: Model, state: State, contact: Contact, touching: bool = False) -> Scalar:
-    """Return the normal force that the state gives: 1 for friction in a joint, 0 for a rigid contact, whose N is found.
+    """Return the normal force that the state gives: 1 for friction in a joint, 0 where it is found with the motion.
 
     ``touching`` says that the depth of a compliant contact is not negative.
     """
     if contact.compliant:
         return normal_force(model, state, contact, touching)
-    return 1 if contact.held else 0
+    return 1 if contact.held and not contact.loaded else 0
 
 
 # --- forces ----------------------------------------------------------------------------------------

@@ -87,6 +87,13 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
+        for name in ("radius", "length") if c.loaded else ():
+            given = getattr(c.law, name)
+            size = (
+                1.0 if given is None else number(model, values, given, f"the {name} of friction '{c.name}'")
+            )
+            if not size > 0:
+                raise SimulationError(f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}.")
         laws = (c.friction_at_rest, c.static_friction)
         if c.presser:
             given = f"{c.law.about}= of contact '{c.owner}'"

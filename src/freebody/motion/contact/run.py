@@ -22,6 +22,7 @@ from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, strike
+from ..legs.loaded_joints import jammed, struck_load
 from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
@@ -232,6 +233,14 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"along the normal), even without restitution: a law is still violated by {rest:.3g} of "
             f"the greatest speed. Less friction, or impacts='sequential', makes the problem easier."
         )
+    if why == event_run.LOADED_IMPACT:
+        return struck_load(
+            work.model,
+            f"{impact}Contacts {names} collide.",
+            "Take method='timestepping', or give the joint torque= or force=.",
+        )
+    if why == event_run.JAMMED:
+        return jammed(work.model, t)
     if why == event_run.SEQUENCE:
         fastest = float(np.min(it.x[np.cumsum([0, *(1 + work.scene.tangents[k] for k in chosen[:-1])])]))
         return SimulationError(

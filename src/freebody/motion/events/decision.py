@@ -34,6 +34,8 @@ NEAR, AMPLIFIED = 1e-6, 100.0
 
 Contacts at the limit of friction that share forces are not solved for to round-off, since cone and slip both vanish.
 """
+TURNS, AGREE = 50, 1e-13
+"""Number of decisions in search of loads that agree with their modes, and their relative difference then."""
 
 
 @compiled
@@ -122,10 +124,49 @@ def decide(it: EventRun, contacts: Contacts) -> int:
 @compiled
 def parted_modes(it: EventRun, contacts: Contacts) -> int:
     """Set modes as `solved_modes` does; contacts that open lose their adhesion, so that the others are decided anew."""
-    why = solved_modes(it, contacts)
+    why = loaded_modes(it, contacts)
     while why == 0 and part(it) > 0:
+        why = loaded_modes(it, contacts)
+    return why
+
+
+@compiled
+def loaded_modes(it: EventRun, contacts: Contacts) -> int:
+    """Set modes as `solved_modes` does, with which the loads of joints agree that bound their friction.
+
+    The loads of a decision follow from the equations of its modes, and the next decision takes these.
+    """
+    why, turn = solved_modes(it, contacts), 0
+    while why == 0 and it.loads > 0:
+        if it.ready == 0:
+            return event_run.ASK_KERNELS
+        changed = borne(it, contacts)
+        if changed == 0:
+            return 0
+        turn += 1
+        if changed < 0 or turn > TURNS:
+            return event_run.JAMMED
         why = solved_modes(it, contacts)
     return why
+
+
+@compiled
+def borne(it: EventRun, contacts: Contacts) -> int:
+    """Set the loads of joints to those of the modes; return 1 if they are others than those of the decision, else 0.
+
+    It is -1 if no loads agree with the friction that they bound.
+    """
+    set_up(it, contacts)
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    change, most = 0.0, 0.0
+    for k in range(it.contacts):
+        if it.loaded[k] != 0:
+            load = it.speeds[it.first[k]]
+            if not math.isfinite(load):
+                return -1
+            change, most = greater(change, abs(load - it.given[k])), greater(most, load)
+            it.given[k] = it.load[k] = load
+    return 1 if change > AGREE * most else 0
 
 
 @compiled

@@ -73,12 +73,14 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     MIXED,  # contacts of both laws collide at once
     NO_IMPULSES,
     SEQUENCE,  # sequential impacts do not end
+    LOADED_IMPACT,  # contacts collide, and the load of a joint bounds its friction
+    JAMMED,  # the load of a joint grows with the friction that it bounds
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
     STALLED,  # the steps do not move on
     OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
-) = range(100, 119)
+) = range(100, 121)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 
@@ -122,6 +124,8 @@ class EventRun(Record):
     ``poisson``                   1 for Poisson's law
     ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
+    ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
+                                  load at the last decision
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``                     where the loop goes on
@@ -193,6 +197,9 @@ class EventRun(Record):
     presser: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
     compliant: Annotated[Wholes, "contacts"]
+    loaded: Annotated[Wholes, "contacts"]
+    loads: Count
+    load: Annotated[Row, "contacts"]
     turned: Count
     quaternions: Wholes
     ending: Wholes
@@ -338,6 +345,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
     it.presser[:] = scene.presser
     it.held[:], it.compliant[:], it.adhesive = scene.held, scene.compliant, sum(scene.adhesive)
+    it.loaded[list(scene.loaded)], it.loads = 1, len(scene.loaded)
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place

@@ -20,6 +20,9 @@ def largest(x: Reals, n: int) -> float:
 def look(it: EventRun) -> None:
     """Evaluate the contacts at the present state, and find the closed ones."""
     it.looked(it.t, it.y, it.looking, it.seen)
+    for k in range(it.contacts if it.loads > 0 else 0):
+        if it.loaded[k] != 0:
+            it.given[k] = it.load[k]
     for k in range(it.contacts):
         it.adhering[k] = 0
     find_closed(it)

@@ -22,6 +22,7 @@ from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
 from ..trajectory.phases import Phases, Segment, segments_of
+from .loaded_joints import check_loads
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,7 @@ def scheduled(
     kernels: Kernels, numbers: Mapping[str, float], blows: Sequence[Blow], begin: float, end: float
 ) -> tuple[list[tuple[float, Blow]], list[Blow]]:
     """Return (time, blow) of blows at given times, in order, and the blows that events call for."""
+    check_loads(kernels.model, blows)
     called = [blow for blow in blows if located(kernels, blow)]
     timed = [
         (number(kernels.model, numbers, blow.when, f"the time of '{blow.name}'"), blow)

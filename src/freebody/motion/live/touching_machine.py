@@ -86,6 +86,10 @@ class TouchingMachine:
             result |= {
                 name: list(x) for name, x in candidates.power_of(state, given[: candidates.inputs]).items()
             }
+        if self.scene.loaded:
+            result |= {
+                name: list(x) for name, x in candidates.bearings_of(state, given[: candidates.inputs]).items()
+            }
         return {**result, "observation": list(observed(state, moving, forces))}
 
     # -- memory -----------------------------------------------------------------------------------------------
@@ -94,7 +98,10 @@ class TouchingMachine:
         """Data of the functions of phases, and of all contacts, for functions at these addresses."""
         scene, count = self.scene, len(self.setting.specs)
         kernels = Placed({**addresses, "values": addresses.get("events", 0)}, constants)
-        source = Source(addresses.__getitem__, kernels, kernels if self.candidates.driven else None)
+        driven, loaded = self.candidates.driven, bool(self.scene.loaded)
+        source = Source(
+            addresses.__getitem__, kernels, kernels if driven else None, kernels if loaded else None
+        )
         E, m, n = len(scene.first), scene.rows, scene.model.n_u
         phase = scene.holding(("open",) * E, scene.kernels.active)
         sizes = {

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, traced_state
+from ...dynamics.bearing_loads import bearing_loads
 from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constrained import constraint_power
 from ...dynamics.conditions.constraints import linearized, rows
@@ -274,6 +275,14 @@ class Candidates:
         state = traced_state(self.model, tape)
         still = State(self.model, tape, state.t, state.q, [0] * self.model.n_u, state.values)
         return not all(is_zero(x) for x in contact_rows(self.model, still).rate)
+
+    def bearings_of(self, state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        """Return the output of :meth:`bearings`."""
+        return {"bearings": bearing_loads(self.model, state, self.motion(state, given))}
+
+    def bearings(self) -> Program:
+        """Function ``bearings``: lever and forces of every joint whose load bounds its friction."""
+        return self.kernels.program("bearings in modes", self.bearings_of, self.inputs)
 
     def power_of(self, state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
         """Return the output of :meth:`power`."""

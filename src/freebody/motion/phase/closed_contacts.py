@@ -29,8 +29,6 @@ from . import laws
 from .contact_outputs import (
     adhesion_of,
     biases_of,
-    closed_touched,
-    evaluated,
     force_of,
     forwarded,
     friction,
@@ -239,11 +237,9 @@ def push_along(phase: PhaseData, z: Reals, r: int, force: float) -> None:
 
 
 @compiled
-def solve(t: float, y: Reals, phase: PhaseData) -> int:
+def balance(phase: PhaseData) -> int:
     """Set accelerations, contact forces and multipliers; return 0 if a condition has lost its independence, else 1."""
     n, count, w, z = phase.n, phase.conditions, phase.step, phase.free
-    evaluated(t, y, phase)
-    closed_touched(t, y, phase)
     if phase.held_count + phase.adhesive_count > 0:
         push(phase, z)
     rows_made(phase)

@@ -7,6 +7,13 @@ from .phase_record import PhaseData
 
 
 @inlined
+def extended(y: Reals, phase: PhaseData) -> None:
+    """Write the state before the accelerations, forces and multipliers."""
+    for i in range(phase.n_q + phase.n):
+        phase.state[i] = y[i]
+
+
+@inlined
 def evaluated(t: float, y: Reals, phase: PhaseData) -> None:
     """Call the kernel of the machine."""
     phase.machine(t, y, phase.machine_c, phase.q_dot)
@@ -56,8 +63,8 @@ def static_friction_of(phase: PhaseData, k: int) -> float:
 
 @inlined
 def given_force_of(phase: PhaseData, k: int) -> float:
-    """Return the normal force of a contact that the state gives, or 0."""
-    return phase.touch[phase.laws_at[k] + 4]
+    """Return the normal force of a contact that the state gives, or the load of a joint, or 0."""
+    return phase.touch[phase.laws_at[k] + 4] + phase.pressure[k]
 
 
 @inlined

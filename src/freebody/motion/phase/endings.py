@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser
 from . import laws
-from .closed_contacts import gamma_of, solve
+from .bearings import solve
+from .closed_contacts import gamma_of
 from .contact_outputs import (
     adhesion_of,
     force_of,

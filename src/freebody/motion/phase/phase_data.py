@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
 from ..ode.dense_output import Array
 from .candidates import ContactPattern
@@ -101,12 +102,13 @@ def _made(
         "rate": len(own), "gamma": len(own), "own_G": len(own) * n,
     }  # fmt: skip
     state = {"state": model.n_q + n, "udot": n, "force": scene.rows, "multiplier": scene.candidates.own}
-    constants = {f"of_{name}": 0 for name in ("machine", "values", "power", "derived")}
+    constants = {f"of_{name}": 0 for name in ("machine", "values", "power", "bearings", "derived")}
     constants |= {f"of_{name}": size for name, (_, size) in kernels.items()}
     data = PhaseData.made(
         n_q=model.n_q, n=n, contacts=len(phase.modes), rows=scene.rows, pairs=len(pattern.pairs), own=len(own),
         all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
         compliant_count=sum(scene.compliant), adhesive_count=sum(scene.adhesive), driven=int("power" in kernels),
+        loaded_count=len(scene.loaded), of_bearing=LOADED * len(scene.loaded),
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
@@ -144,7 +146,7 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     data.gap_at[:], data.reaches[:], at = data.gaps_at[of.pair] + of.gap, of.reaches, data.touch_at
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
     data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
-    data.presser[:] = scene.presser
+    data.presser[:], data.loaded[:] = scene.presser, scene.loaded
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
     data.entry[:], data.entries[:], place = np.array(pattern.rows).T

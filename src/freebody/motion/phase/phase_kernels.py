@@ -5,13 +5,15 @@ Each has the signature of a kernel, f(t, y, c, out); y = (q, u, work, heat of fr
 
 from __future__ import annotations
 
-from ...native.instructions import EPS, Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import EPS, Reals, compiled, greater, lesser, root
 from . import laws
-from .closed_contacts import NAN, independent, solve
+from .bearings import solve
+from .closed_contacts import NAN, independent
 from .contact_outputs import (
     adhesion_of,
     biases_of,
     closed_touched,
+    extended,
     force_of,
     forwarded,
     gaps_found,
@@ -60,13 +62,6 @@ def power_of_compliant(phase: PhaseData) -> float:
         if phase.compliant[k] != 0:
             power += force_of(phase, k)[0] * rates_of(phase, k)[0]
     return power
-
-
-@inlined
-def extended(y: Reals, phase: PhaseData) -> None:
-    """Write the state before the accelerations, forces and multipliers."""
-    for i in range(phase.n_q + phase.n):
-        phase.state[i] = y[i]
 
 
 @compiled

@@ -21,12 +21,14 @@ class PhaseData(Record):
     ``compliant_count``         those of them with a law of the depth
     ``adhesive_count``          contacts that bear a pull
     ``driven``                  1 if there is a kernel ``power``
+    ``loaded_count``            joints whose load bounds their friction
 
     Kernels, each with its constants:
 
     ``machine``                 the machine at a state; its outputs begin with ``q_dot``
     ``values``                  functions of the user
     ``power``                   drives and moving conditions
+    ``bearings``                of each joint with loaded friction, its lever and the forces at two places
     ``derived``                 a function of the state, accelerations, forces and multipliers
     ``gaps_of``, ``touching``   addresses of kernels: gaps and reaches between the bodies of each pair, and all of each
                                 contact, with the constants of ``machine``
@@ -54,6 +56,8 @@ class PhaseData(Record):
                                 which it then slips
     ``compliant``               1 if that is a law of its depth
     ``presser``                 of what resists rolling or spinning: the contact whose normal force bounds it; else -1
+    ``loaded``                  contacts that the load of a joint presses;  ``bearing``: outputs of ``bearings``
+    ``pressure``                of each contact: that load, else 0;  ``unloaded``: ``free`` without friction under it
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
     ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
@@ -96,13 +100,16 @@ class PhaseData(Record):
     compliant_count: Count
     adhesive_count: Count
     driven: Count
+    loaded_count: Count
     machine: Kernel
     values: Kernel
     power: Kernel
+    bearings: Kernel
     derived: Kernel
     machine_c: Annotated[Row, "of_machine"]
     values_c: Annotated[Row, "of_values"]
     power_c: Annotated[Row, "of_power"]
+    bearings_c: Annotated[Row, "of_bearings"]
     derived_c: Annotated[Row, "of_derived"]
     gaps_of: Annotated[Wholes, "pairs"]
     touching: Annotated[Wholes, "contacts"]
@@ -138,6 +145,10 @@ class PhaseData(Record):
     compliant: Annotated[Wholes, "contacts"]
     presser: Annotated[Wholes, "contacts"]
     pushed: Annotated[Wholes, "contacts"]
+    loaded: Annotated[Wholes, "loaded_count"]
+    bearing: Annotated[Row, "of_bearing"]
+    pressure: Annotated[Row, "contacts"]
+    unloaded: Annotated[Row, "n"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]
     entry: Annotated[Wholes, "rows"]

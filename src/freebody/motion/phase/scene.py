@@ -102,6 +102,7 @@ class Scene:
         self.compliant = tuple(int(c.compliant) for c in self.model.contacts)
         self.adhesive = tuple(int(c.adhesion != 0) for c in self.model.contacts)
         self.presser = tuple(pressers(self.model.contacts))
+        self.loaded = tuple(k for k, c in enumerate(self.model.contacts) if c.loaded)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}
@@ -371,11 +372,13 @@ class Phase:
         source      where the functions and the kernels stand; by default, on this computer
         """
         candidates = self.scene.candidates
-        code, program, power = source or Source.here(candidates)
+        code, program, power, bearings = source or Source.here(candidates)
         programs = {"machine": (program, "machine")}
         found = {name: (code(name), size) for name, size in outputs.items()}
         if power is not None:
             programs["power"] = power, "power"
+        if bearings is not None:
+            programs["bearings"] = bearings, "bearings"
         if values is not None:
             programs["values"] = values, "values"
         if derived is not None:
@@ -391,17 +394,19 @@ class Phase:
 
 
 class Source(NamedTuple):
-    """Address of each function of `phase_kernels`, and programs of the candidates and of the power of drives."""
+    """Address of each function of `phase_kernels`, and programs of the candidates, the power of drives and bearings."""
 
     code: Callable[[str], int]
     candidates: Any
     power: Any
+    bearings: Any
 
     @classmethod
     def here(cls, candidates: Candidates) -> Source:
         """Return the functions and kernels on this computer."""
         power = candidates.power() if candidates.driven else None
-        return cls(lambda name: functions()[name].address, candidates.program(), power)
+        bearings = candidates.bearings() if any(c.loaded for c in candidates.model.contacts) else None
+        return cls(lambda name: functions()[name].address, candidates.program(), power, bearings)
 
 
 def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:

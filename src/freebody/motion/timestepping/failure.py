@@ -11,10 +11,11 @@ from ...model import Model
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..kernels.kernels import Kernels
+from ..legs.loaded_joints import jammed
 from ..ode.dense_output import Array
 from ..start.initial import number
 from .correction import DEEP
-from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, OVERLAP, Run
+from .stepping_record import CONSTRAINTS, CONTACTS, JAMMED, LOADS, MASS, OVERLAP, Run
 
 MOST_SWEEPS = 100_000
 """Sweeps after which the search for the impulses of a step ends."""
@@ -63,6 +64,8 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
             "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a shorter "
             "step."
         )
+    if run.failure == JAMMED:
+        return str(jammed(model, t))
     if run.failure == LOADS:
         return (
             f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "

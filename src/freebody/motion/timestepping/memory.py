@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from ...dynamics.bearing_loads import LOADED
+from ...dynamics.conditions.constraints import rows
 from ...model.resistance import pressers
 from ..cones.islands import Islands
 from ..families.memory import fill
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
-from .stepped_kernels import Shape
+from .stepped_kernels import Shape, mean_bearings
 from .stepping_record import Run
 
 ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
@@ -28,10 +30,12 @@ def memory_of(
     model = kernels.model
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
     m = E + sum(tangents)
+    loaded = sum(c.loaded for c in model.contacts)
     points = max((most_points(member.shape) for one in model.families for member in one.members), default=1)
     run = Run.made(
         n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
         squares=int(shape.squares[-1]), constraints=held, holonomic=shape.holonomic, conditions=held * held,
+        joints=loaded, of_bearings=LOADED * loaded, moving=n_q + 2 * n + m + len(rows(model)),
         members=max(sum(len(family.members) for family in model.families), 1), pairs=max(pairs, 1), points=points,
     )  # fmt: skip
     machine, contacts, problem = run.machine, run.contacts, run.problem
@@ -44,6 +48,14 @@ def memory_of(
         machine.looped, machine.moving = 1, program.address("moving")
         machine.loading = looped[1].address("bias")
         machine.of_loading = looped[1].constants(kernels.parameters(values))
+    if loaded:
+        bearings, of_joints = run.bearings, mean_bearings(kernels)
+        bearings.count, bearings.number[:] = loaded, shape.held
+        bearings.loaded[:] = [k for k, c in enumerate(model.contacts) if c.loaded]
+        bearings.forces, bearings.c = (
+            of_joints.address("bearings"),
+            of_joints.constants(kernels.parameters(values)),
+        )
     run.families.pairs.most, run.families.patch.most = pairs, points
     owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)

@@ -34,6 +34,7 @@ from ..cones.block_rows import along, dot, magnitude
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.islands import Islands
+from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
@@ -42,6 +43,7 @@ from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip
 from .stepping_record import (
     CONTACTS,
+    JAMMED,
     LOADS,
     NONE,
     NOT_FINITE,
@@ -67,6 +69,8 @@ def march(run: Run, islands: Islands) -> int:
         run.failure = midpoint(run, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
             run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
+        if run.failure == NONE:
+            run.failure = end_speeds(run)
         if run.failure == NONE:
             account(run)
             advance(run, t)  # 4: q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺)), quaternions by Cayley's rotation
@@ -110,11 +114,12 @@ def midpoint(run: Run, t: float) -> int:
 
 @compiled
 def velocities(run: Run, islands: Islands, t: float) -> int:
-    """Find u⁺ and the impulses in which loads, constraints and contacts agree; return a failure or NONE."""
+    """Find free speeds and impulses in which loads, constraints and contacts agree; return a failure or NONE."""
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
     size, best, idle, r, trials, changes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    passes = 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
@@ -122,6 +127,11 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         contact_rates(run, trials)  # 3
         if impulses(run, islands, goal) == 0:
             return CONTACTS
+        if run.bearings.count > 0 and bear(run, t) > AGREE:
+            passes += 1
+            if passes > PASSES:
+                return JAMMED
+            continue
         if machine.turning == 0:
             break
         for i in range(machine.n):
@@ -148,8 +158,14 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         changes += 1
         goal = greater(run.tolerance, 0.1 * size)
     run.residual = greater(run.residual, problem.residual)
-    for i in range(machine.n):
-        run.u_new[i] = run.free[i] + (run.u[i] + problem.v[i])
+    return NONE
+
+
+@compiled
+def end_speeds(run: Run) -> int:
+    """Set u⁺; return a failure or NONE."""
+    for i in range(run.machine.n):
+        run.u_new[i] = run.free[i] + (run.u[i] + run.problem.v[i])
         if not math.isfinite(run.u_new[i]):
             return NOT_FINITE
     return NONE

@@ -110,9 +110,11 @@ def log_pairs(run: Run) -> None:
 
 @compiled
 def mode(run: Run, a: int) -> int:
-    """Return the mode of the pressed contact whose normal is row ``a``."""
+    """Return the mode of the pressed contact whose normal is row ``a``: without friction it does not stick."""
     problem = run.problem
-    return slip(run, a + 1) if a < problem.count - 1 and problem.kinds[a + 1] > NORMAL else STICK
+    tangent = a < problem.count - 1 and problem.kinds[a + 1] > NORMAL
+    found = slip(run, a + 1) if tangent else STICK
+    return SLIP if found == STICK and problem.mu[a] == 0.0 else found
 
 
 @compiled

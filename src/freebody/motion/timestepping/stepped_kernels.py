@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
+from ...dynamics.bearing_loads import bearing_loads
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.contact import contact_rows, given_normal_force, touch, touches
 from ...dynamics.contact_motion import forced_motion
@@ -252,6 +253,18 @@ def mean_reactions(kernels: Kernels) -> Program:
         }
 
     return kernels.program("mean reactions", functions, n + m + count + 6 * len(bodies))
+
+
+def mean_bearings(kernels: Kernels) -> Program:
+    """Return the function ``bearings`` of a step: the levers and forces of joints whose load bounds their friction."""
+    model = kernels.model
+    n, m, count = model.n_u, layout_of(model)[2], len(rows(model))
+
+    def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m :])
+        return {"bearings": bearing_loads(model, state, moving)}
+
+    return kernels.program("mean bearings", functions, n + m + count)
 
 
 def bodies_in_families(model: Model) -> dict[str, Any]:

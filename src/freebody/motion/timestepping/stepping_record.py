@@ -8,8 +8,9 @@ from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Who
 from ..cones.contact_problem import Blocks, ContactProblem, Sweeping
 from ..families.family_record import Families
 
-NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL = range(8)
-"""Reasons why a step fails; FULL: more pairs of families are closed than there is room for."""
+NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL, JAMMED = range(9)
+"""Reasons why a step fails; FULL: more pairs of families are closed than there is room for; JAMMED:
+no load of a joint agrees with the friction that it bounds."""
 OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 """Modes of a contact in a step; the last two are the slips in a plane."""
 
@@ -135,6 +136,26 @@ class Loads(Record):
 
 
 @record
+class Bearings(Record):
+    """Joints whose load bounds their friction (`bearings`).
+
+    ``count``, ``loaded``    their number, and their contacts
+    ``forces``               kernel of their levers and forces, with the constants ``c``, of ``motion``: the state, then
+                             (u⁺ - u)/h, Λ/h and λ/h of all conditions
+    ``number``               of each constraint of the steps among all conditions
+    ``outputs``              of ``forces``
+    """
+
+    count: Count
+    forces: Kernel
+    c: Row
+    loaded: Annotated[Wholes, "joints"]
+    number: Annotated[Wholes, "constraints"]
+    motion: Annotated[Row, "moving"]
+    outputs: Annotated[Row, "of_bearings"]
+
+
+@record
 class Run(Record):
     """A run in steps of length h from the state y at t.
 
@@ -176,6 +197,7 @@ class Run(Record):
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads
+    bearings: Bearings
     y: Row
     states: Rows
     log: Rows

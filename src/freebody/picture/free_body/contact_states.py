@@ -76,8 +76,8 @@ def _ellipse(e: Equations, contact: Contact, mode: str, N: str) -> tuple[str, st
 
 
 def _of_joint(contact: Contact) -> bool:
-    """Return True for dry friction of a joint, which has no normal force."""
-    return contact.held and not contact.compliant
+    """Return True for dry friction of a joint without regard to its load, which has no normal force."""
+    return contact.held and not contact.compliant and not contact.loaded
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:
@@ -95,7 +95,7 @@ def _named(law: str, contacts: Sequence[Contact]) -> str:
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     """|T| and the greatest friction, with their values at the time of the diagram."""
     T = [now.lookup[sympy.Symbol(name, real=True)] for name in contact.tangent_names]
-    if contact.held:
+    if contact.held and not contact.loaded:
         N = float(given_normal_force(e.model, now.state, contact))
     else:
         N = now.lookup[sympy.Symbol(contact.normal_name, real=True)]

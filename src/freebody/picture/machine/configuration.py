@@ -314,11 +314,14 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
             f"Simulate the system that is drawn."
         )
     now = trajectory.at(time)
-    values = dict(trajectory.values)
+    pressing = {one.normal_name for one in model.contacts if one.loaded}
+    found = _forces_at(model, trajectory, time) if pressing else {}
+    loads = {name: found[name] for name in pressing}
+    values = {**trajectory.values, **{name: x for name, x in loads.items() if name in model.defaults}}
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
     moving = _determined(model, state, motion(model, state, active), trajectory, time)
-    lookup = _lookup(model, state)
+    lookup = {**_lookup(model, state), **{sympy.Symbol(name, real=True): x for name, x in loads.items()}}
     for speed, value in zip(model.speeds, moving.udot, strict=True):
         lookup[speed.acceleration] = float(value)
     radial = radial_names(model)
@@ -339,18 +342,27 @@ def _determined(model: Model, state: State, moving: Motion, trajectory: Any, tim
     segment = segments[int(trajectory.path.places(np.array([time]))[0])]
     if segment.loose is None or not np.any(segment.loose):
         return moving
-    program = segment.kernels.contact()
-    layout = contact_layout(model.contacts)
-    forces = observe(
-        program.address("force"), len(layout), np.array([time]), segment.path.sample(np.array([time])),
-        program.constants(segment.kernels.parameters(trajectory.values)),
-    )[0]  # fmt: skip
-    force_of = {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
+    force_of = _forces_at(model, trajectory, time)
     multipliers = tuple(
         force_of.get(row.name, float(value))
         for row, value in zip(rows(model), moving.multipliers, strict=True)
     )
     return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers, moving.udot))
+
+
+def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
+    """Return the contact forces of a motion at a time, by name."""
+    layout, times = contact_layout(model.contacts), np.array([time])
+    if getattr(trajectory.path, "segments", None) is None:
+        forces = trajectory.course.mean_forces(times)[0]
+    else:
+        segment = trajectory.path.segments[int(trajectory.path.places(times)[0])]
+        program = segment.kernels.contact()
+        forces = observe(
+            program.address("force"), len(layout), times, segment.path.sample(times),
+            program.constants(segment.kernels.parameters(trajectory.values)),
+        )[0]  # fmt: skip
+    return {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:

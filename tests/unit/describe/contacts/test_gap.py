@@ -26,6 +26,14 @@ def arm():
     return s, shoulder, elbow
 
 
+def slider(s):
+    return s.slider("slot", s.ground, s.body("c", fb.particle(1)), axis="x", coordinate="x")
+
+
+def sleeve(s):
+    return s.cylindrical("sleeve", s.ground, s.body("c", fb.sphere(1, 1)), axis="x", coordinate="x turn")
+
+
 @pytest.mark.parametrize(
     ("kind", "data"),
     [
@@ -52,6 +60,20 @@ def test_equations_and_reactions_have_it():
     assert str(T.moment[2]) == "3/10"
     one = fb.equations(s, modes={"stretched_low": "closed"})
     assert "N_stretched_low" in one.text()
+
+
+def test_the_load_of_a_joint_is_a_number_of_equations_in_slip():
+    s, shoulder, _ = arm()
+    s.friction("pressed", shoulder, coefficient="3/4", radius="1/10")
+    e = fb.equations(s, modes={"pressed": "slip+"})
+    (T,) = [x for x in e.free_body("a").actions if x.name == "T_pressed"]
+    assert str(T.moment[2]) == "-3*N_pressed/5"
+    assert "N_pressed" in e.text() and "T_pressed" in fb.equations(s, modes={"pressed": "stick"}).text()
+    read = case_from_text(toml_text(s)).system
+    assert read.contacts["pressed"].radius == shoulder.parent.system.contacts["pressed"].radius
+    motion = fb.simulate(s, 0.1, initial={"q1": 0.3, "q2": 0.6})
+    drawn = fb.free_body_diagram(s, "a", trajectory=motion, at=0.05).svg
+    assert "pressed" in drawn
 
 
 def test_the_free_bodies_give_the_force_of_the_motion():
@@ -176,7 +198,35 @@ def test_a_machine_with_it_is_drawn():
             "Expected a friction of 0 or more for friction 'x', got -1.",
         ),
         (lambda s, p: s.friction("x", p, torque=2, static=1), "is 1, below its kinetic friction 2"),
-        (lambda s, p: s.friction("x", p, coefficient=0.2), "the load of a joint depends on its own friction"),
+        (
+            lambda s, p: s.friction("x", p, coefficient=0.2),
+            "Expected radius= for friction 'x', since joint 'shoulder' turns: the radius of its pin",
+        ),
+        (
+            lambda s, p: s.friction("x", p, coefficient=0.2, torque=1),
+            "Friction 'x' has a coefficient and a torque. The load of joint 'shoulder' bounds it, or a given one",
+        ),
+        (
+            lambda s, p: s.friction("x", p, torque=1, radius=1),
+            "Expected coefficient= for friction 'x', which has a",
+        ),
+        (
+            lambda s, p: s.friction("x", p, coefficient=0.2, radius=0),
+            "Expected radius= above 0 m for friction 'x'",
+        ),
+        (
+            lambda s, p: s.friction("x", p, coefficient=0.2, radius=1, length=-1),
+            "Expected length= above 0 m for friction 'x', got -1",
+        ),
+        (
+            lambda s, p: s.friction("x", slider(s), coefficient=0.2, radius=1),
+            "Friction 'x' has a radius, but joint 'slot' slides. Leave radius= out",
+        ),
+        (
+            lambda s, p: s.friction("x", sleeve(s), coefficient=0.2, radius=1),
+            "Friction 'x' has a coefficient, which hinges and sliders have: the load of cylindrical 'sleeve'",
+        ),
+        (lambda s, p: s.friction("x", p, coefficient=-1, radius=1), "Expected a friction of 0 or more"),
         (lambda s, p: s.friction("x", "shoulder", torque=1), "Expected a joint for friction 'x'"),
         (lambda s, p: s.add("x", fb.Gap()), "has no point, body or joint among its fields"),
     ],

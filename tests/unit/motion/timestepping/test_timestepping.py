@@ -104,14 +104,13 @@ def test_bounce_and_events_and_data():
     crossed, *bounces = motion.events  # rises to 0.35 only after
     assert (crossed.name, crossed.direction) == ("y - 0.6", -1)
     assert crossed.time == pytest.approx(math.sqrt(1 / G), abs=1e-3)
-    assert str(bounces[0]) == "t = 0.452 s: contact floor: open → stick, the gap closed"
+    assert str(bounces[0]) == "t = 0.452 s: contact floor: open → slip, the gap closed"
     # each flight is half as long as the last; one shorter than a step is none
     flights = [change.end - change.start for change in motion.modes.of("floor") if change.mode == "open"]
     assert len(flights) == len(bounces) // 2 + 1
     np.testing.assert_allclose(flights[1:5], math.sqrt(2 / G) * 0.5 ** np.arange(4), atol=2e-3)
     assert (
-        motion.modes[-1].mode == "stick"
-        and np.abs(motion.path.states[-1] - [0, 0.1, 0, 0, 0, 0]).max() < 1e-9
+        motion.modes[-1].mode == "slip" and np.abs(motion.path.states[-1] - [0, 0.1, 0, 0, 0, 0]).max() < 1e-9
     )
     assert motion.depth < 1e-9
     assert motion.energy.impulses[-1] == pytest.approx(-G, rel=0.02)
