@@ -1,0 +1,348 @@
+"""Derivatives of a motion with contacts by its unknowns: variational equations in its phases, jumps at its events.
+
+The motion is computed first, with all that decides it. The derivatives follow its phases: in each, the state at its start
+and the s_j are integrated together (`phase_slopes.varied`) to its end, and at each event the s_j jump (`saltation`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import SimulationError
+from ..ending import FAILED, End
+from ..events import event_run
+from ..events.event_run import STILL
+from ..ode.dense_output import Array, Path
+from ..ode.integration import Integration
+from ..phase.laws import CLOSED
+from ..request import Problem
+from ..trajectory.phases import Phases, Segment
+from ..trajectory.progress import Progress
+from .course import Leap
+from .history import Entry, History
+from .saltation import Impact, check_ties, event_slope, impact_slope, kept, refused
+from .slopes import Slopes
+
+TRIGGERS = (
+    event_run.NORMAL_ZERO, event_run.END_OF_SIDE, event_run.ONTO_SIDE, event_run.SLIP_STOPPED,
+    event_run.CONE_REACHED,
+)  # fmt: skip
+"""Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
+ALIKE = 1e-6
+"""Relative difference up to which times of events, and rates on both sides of one, are equal."""
+
+
+class Happened(NamedTuple):
+    """An event of a contact: its time, the contact, and the derivatives of the time."""
+
+    time: float
+    contact: str
+    slopes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """The derivatives of a motion: its path with (q, u, work, heat, s_1, s_2, ...), and times of events of contacts."""
+
+    slopes: Slopes
+    path: Phases
+    happened: tuple[Happened, ...]
+
+
+class Moment(NamedTuple):
+    """What the log has between two phases: entries, and the straight steps with the time that they take."""
+
+    entries: list[Entry]
+    straight: list[int]
+
+
+def moments(history: History) -> tuple[list[int], list[Moment]]:
+    """Return the numbers of the phases that are not straight steps, and the moments before each of them."""
+    phases, result, number = [], [Moment([], [])], 0
+    for entry in history.entries():
+        if entry.kind == event_run.PHASE:
+            if entry.marks[7] == event_run.STRAIGHT:
+                result[-1].straight.append(number)
+            else:
+                phases.append(number)
+                result.append(Moment([], []))
+            number += 1
+        elif entry.kind != event_run.CROSSING:
+            result[-1].entries.append(entry)
+    return phases, result
+
+
+def follow(slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress) -> Followed:
+    """Return the derivatives of a finished run, from those at its start, shape (unknowns, components of (q, u)).
+
+    Raises
+    ------
+    SimulationError
+        A motion that has no derivatives.
+    """
+    return _Following(slopes, history, problem, between).run(first)
+
+
+class _Following:
+    def __init__(self, slopes: Slopes, history: History, problem: Problem, between: Progress) -> None:
+        self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
+        self.scene, self.moved = slopes.scene, slopes.moved
+        self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
+        self.alike = max(ALIKE, 1e3 * self.tolerance)
+        self.happened: list[Happened] = []
+
+    def run(self, first: Array) -> Followed:
+        phases, before = moments(self.history)
+        segments: list[Segment] = []
+        last: Segment | None = None
+        S = first
+        for number, moment in zip(phases, before, strict=False):
+            segment = self.history.path.segments[number]
+            straight = [self.history.path.segments[k] for k in moment.straight]
+            after, leaps = self.passed(last, moment, straight, segment, S)
+            segments += leaps
+            path = self.path(segment, after)
+            segments.append(Segment(path, segment.kernels))
+            S = path.states[-1, self.moved + 2 :].reshape(S.shape)
+            last = segment
+        # a last moment, with straight steps up to the end of the run
+        rest = before[len(phases)]
+        straight = [self.history.path.segments[k] for k in rest.straight]
+        segments += [Segment(self.straight(one, S), one.kernels) for one in straight]
+        return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
+
+    # -- a phase -----------------------------------------------------------------------------------
+
+    def path(self, segment: Segment, S: Array) -> Path:
+        """Return the path of a phase with its derivatives."""
+        slopes, k = self.slopes, len(self.slopes.unknowns)
+        own, rates = segment.path, slopes.rates(segment.kernels)
+        y = np.concatenate([own.states[0], S.ravel()])
+        if not own.end > own.start:
+            return _leap(rates, np.array([own.start]), y[None])
+        base = np.full(own.states.shape[1], self.tolerance)
+        base[: self.moved] = self.problem.tolerances[: self.moved]
+        tolerances = np.concatenate([base, np.tile(base[: self.moved], k)])
+        method = "dop853" if own.method == "radau" or segment.kernels.active else own.method
+        way = Integration(
+            rates, tolerances, method=method, max_step=self.problem.request.longest_step,
+            max_steps=self.problem.most_steps,
+        )  # fmt: skip
+        path = way.path(y, own.start, own.end, tolerances, self.between)
+        if path.status == End.INTERRUPTED:
+            raise KeyboardInterrupt
+        if path.status in FAILED:
+            raise refused(slopes, path.end, "the variational equations cannot be continued there")
+        return path
+
+    def straight(self, segment: Segment, S: Array) -> Path:
+        """Return a straight step with constant derivatives."""
+        states = np.hstack([segment.path.states, np.tile(S.ravel(), (len(segment.path.states), 1))])
+        return _leap(self.slopes.rates(segment.kernels), segment.path.times, states)
+
+    # -- an event ----------------------------------------------------------------------------------
+
+    def passed(
+        self, last: Segment | None, moment: Moment, straight: list[Segment], segment: Segment, S: Array
+    ) -> tuple[Array, list[Segment]]:
+        """Return the derivatives after a moment, and its straight steps."""
+        slopes, phase = self.slopes, segment.kernels
+        t, y = segment.path.start, segment.path.states[0]
+        if len(straight) > 2:
+            raise refused(slopes, t, "slips begin and end in several contacts within a microsecond")
+        changed, tau = self.times(last, moment, S, t)
+        if last is None:
+            sigma = S.copy()
+        else:
+            f = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
+            sigma = S + np.outer(tau, f)
+        hits = [self.impact(entry) for entry in moment.entries if entry.kind == event_run.IMPACT]
+        for hit in hits:
+            sigma = impact_slope(slopes, hit, sigma, tau)
+        sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
+        sigma = kept(slopes, phase, t, y, sigma, tau, self.alike)
+        seen_speed = 1 + float(np.abs(y[slopes.model.n_q : self.moved]).max(initial=0))
+        near = CLOSED * (1 + float(np.abs(y[: slopes.model.n_q]).max(initial=0)))
+        if not straight:
+            check_ties(slopes, phase, t, y, changed, STILL * seen_speed, near)
+        after = slopes.velocity(phase, t, y)
+        if last is not None and not hits and not changed:
+            before = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
+            if np.abs(after - before).max() > 1e-6 * (1 + np.abs(before).max()):
+                raise refused(slopes, t, "the forces of contacts jump there")
+        result = sigma - np.outer(tau, after)
+        leaps = [Segment(self.straight(one, sigma), one.kernels) for one in straight]
+        return result, leaps
+
+    def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[list[int], Array]:
+        """Return the contacts whose own events make a moment, and the derivatives of its time."""
+        slopes = self.slopes
+        events: dict[int, int] = {}
+        others: set[int] = set()
+        for entry in moment.entries:
+            if entry.kind == event_run.IMPACT:
+                at = 4 + 2 * self.moved + 4
+                for k in entry.marks[2:]:
+                    approaches = entry.numbers[at] < -entry.numbers[3]
+                    if last is None or last.kernels.modes[k] == "open":
+                        if approaches:
+                            events.setdefault(k, event_run.GAP_CLOSED)
+                        elif k not in events:
+                            others.add(k)
+                    at += 3 + self.scene.tangents[k]
+            elif entry.kind == event_run.NOTE:
+                for k, before, after, why in _notes(entry, len(self.scene.first)):
+                    if why in TRIGGERS and before >= 0:
+                        own = why not in (event_run.END_OF_SIDE, event_run.ONTO_SIDE)
+                        if own or self.scene.candidates.pattern.contacts[k].reaches:
+                            events.setdefault(k, why)
+                    elif why == event_run.GAP_CLOSED and last is not None and last.kernels.modes[k] == "open":
+                        events.setdefault(k, why)
+                    del after
+            elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
+                raise refused(slopes, t, "bounces or slips of several contacts end together there")
+        for k in others - set(events):
+            raise refused(
+                slopes, t, f"contact '{slopes.model.contacts[k].name}' touches, without approaching, as others collide"
+            )
+        tau = np.zeros(len(S))
+        if last is None:
+            self.check_start(list(events), S, t)
+            self._note(events, t, tau)
+            return list(events), tau
+        found: list[Array] = []
+        phase, moment_t, y = last.kernels, last.path.end, last.path.states[-1]
+        f = slopes.velocity(phase, moment_t, y)
+        onwards = slopes.along(phase, moment_t, y, f, 1.0)
+        ways = [slopes.along(phase, moment_t, y, s, 0.0, dp) for s, dp in zip(S, slopes.seeds, strict=True)]
+        for k, why in events.items():
+            rate = event_slope(slopes, phase, moment_t, y, k, why, onwards)
+            self.check_passing(last, k, why, rate)
+            slope = np.array([event_slope(slopes, phase, moment_t, y, k, why, way) for way in ways])
+            found.append(-slope / rate)
+        for other, k in zip(found[1:], list(events)[1:], strict=True):
+            off = np.abs(other - found[0]) > self.alike * (np.abs(other) + np.abs(found[0])) + self.tolerance
+            if off.any():
+                first, j = next(iter(events)), int(np.argmax(off))
+                raise refused(
+                    slopes, t,
+                    f"events of contacts '{slopes.model.contacts[first].name}' and '{slopes.model.contacts[k].name}' "
+                    f"come at the same time, but move apart if '{slopes.unknowns[j].name}' changes",
+                )  # fmt: skip
+        if found:
+            tau = found[0]
+        self._note(events, t, tau)
+        return list(events), tau
+
+    def _note(self, events: dict[int, int], t: float, tau: Array) -> None:
+        self.happened += [Happened(t, self.slopes.model.contacts[k].name, tau) for k in events]
+
+    def check_start(self, events: Sequence[int], S: Array, t: float) -> None:
+        """Raise if contacts that collide at the start would not if an unknown changed."""
+        y = self.history.states[0]
+        for k in events:
+            for s, dp, unknown in zip(S, self.slopes.seeds, self.slopes.unknowns, strict=True):
+                gap = self.slopes.of_contact(k, t, y, s, 0.0, dp)[0]
+                if abs(gap) > self.alike * np.abs(s).max(initial=0.0):
+                    name = self.slopes.model.contacts[k].name
+                    raise refused(
+                        self.slopes, t, f"contact '{name}' begins closed, and would not if '{unknown.name}' changed"
+                    )
+
+    def check_passing(self, last: Segment, k: int, why: int, rate: float) -> None:
+        """Raise if the function of an event only touches zero, as far as the errors of the run tell."""
+        path, grazes = last.path, rate == 0
+        if why == event_run.GAP_CLOSED:
+            program = last.kernels.contact()
+            constants = program.constants(self.slopes.parameters)
+            from ..ode.dense_output import observe
+
+            gaps = observe(program.address("gap"), program.outputs("gap"), path.times, path.states, constants)[:, k]
+            # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
+            lasted = path.end - path.start
+            grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(self.tolerance) * np.abs(gaps).max()
+        if grazes:
+            name = self.slopes.model.contacts[k].name
+            raise refused(
+                self.slopes, path.end,
+                f"contact '{name}' only touches there, with the rate {rate:.2g}: if an unknown changed, it might not",
+            )  # fmt: skip
+
+    def impact(self, entry: Entry) -> Impact:
+        """Return an impact of the log."""
+        slopes, n_y, numbers = self.slopes, self.moved + 2, entry.numbers
+        t, part, _, still = numbers[:4].tolist()
+        chosen, at, impulses = entry.marks[2:], 4 + 2 * n_y, np.zeros(self.scene.rows)
+        if entry.marks[0]:
+            raise refused(slopes, t, "the impulses of an impact are indeterminate, and decide the motion")
+        for k in chosen:
+            size, first = 1 + self.scene.tangents[k], self.scene.first[k]
+            impulses[first : first + size] = numbers[at + 2 : at + 2 + size]
+            at += 2 + size
+        before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
+        if self.problem.request.impacts == "sequential" and len(chosen) > 1:
+            raise refused(slopes, t, "contacts collide one after another, impacts='sequential'")
+        seen = slopes.look(t, before)
+        for k in chosen:
+            contact = slopes.model.contacts[k]
+            loses = seen.restitution[k] > 0 and (len(chosen) > 1 or seen.friction[k] > 0 or seen.static[k] > 0)
+            if contact.impact == "poisson" and loses:
+                raise refused(slopes, t, f"contact '{contact.name}' collides by Poisson's law with friction")
+        return Impact(t, before, after, chosen, impulses, part, still)
+
+    def bounces_taken(
+        self, hits: list[Impact], y: Array, phase: Any, sigma: Array, tau: Array, straight: list[Segment]
+    ) -> Array:
+        """Return derivatives after the rest of bounces is taken away from contacts that stay closed after an impact."""
+        if not hits:
+            return sigma
+        hit, slopes, scene = hits[-1], self.slopes, self.scene
+        restitution = hit.part * slopes.look(hit.t, hit.before).restitution
+        still = slopes.look(hit.t, hit.after)
+        taken = [
+            k for k in hit.chosen
+            if phase.modes[k] != "open" and restitution[k] > 0 and abs(still.rate[scene.first[k]]) > hit.still
+        ]  # fmt: skip
+        if not taken:
+            return sigma
+        closed = [k for k in hit.chosen if phase.modes[k] != "open"]
+        if straight:
+            raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
+        change = y.copy()
+        change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
+        impulses = self.impulses_between(hit, change, closed)
+        return impact_slope(slopes, hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed),
+                            sigma, tau, closed)
+
+    def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
+        """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
+        slopes, scene = self.slopes, self.scene
+        n_q = slopes.model.n_q
+        seen = slopes.look(hit.t, hit.after)
+        rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+        change = slopes.mass(hit.t, hit.after) @ (after - hit.after)[n_q : self.moved]
+        result = np.zeros(scene.rows)
+        result[rows] = np.linalg.lstsq(seen.matrix[rows].T, change, rcond=1e-11)[0]
+        return result
+
+
+def _notes(entry: Entry, contacts: int) -> list[list[int]]:
+    """Return contact, mode before and after, and reason of each change of an entry."""
+    marks = entry.marks[2 + contacts :]
+    return [marks[i : i + 4] for i in range(0, len(marks), 4)]
+
+
+def _leap(rates: Any, times: Array, states: Array) -> Leap:
+    """Return a straight path."""
+    return Leap(
+        rates, times, np.diff(times), states, (), End.FINISHED, -1, 0, 0, "dop853",
+    )  # fmt: skip
+
+
+def no_derivatives(what: str, cure: str) -> SimulationError:
+    """Return the error for a machine or a quantity without derivatives."""
+    return SimulationError(f"Expected {what}. {cure}")
