@@ -315,8 +315,8 @@ class _Following:
         change = y.copy()
         change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
         impulses = self.impulses_between(hit, change, closed)
-        return impact_slope(slopes, hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed),
-                            sigma, tau, closed)
+        rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed)
+        return impact_slope(slopes, rest, sigma, tau, taken=True)
 
     def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
         """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
