@@ -16,15 +16,19 @@ from ...errors import SimulationError
 from ..ending import FAILED, End
 from ..events import event_run
 from ..events.event_run import STILL
+from ..cones.collision import compiled_code
+from ..cones.contacts import contacts_room
 from ..ode.dense_output import Array, Path
 from ..ode.integration import Integration
 from ..phase.laws import CLOSED
+from ..phase.scene import Scene
+from ..phase.snapshot import Snapshot
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .course import Leap
 from .history import Entry, History
-from .saltation import Impact, check_ties, event_slope, impact_slope, kept, refused
+from .saltation import After, Impact, check_ties, event_slope, impact_slope, kept, refused
 from .slopes import Slopes
 
 TRIGGERS = (
@@ -162,13 +166,14 @@ class _Following:
             sigma = S + np.outer(tau, f)
         hits = [self.impact(entry) for entry in moment.entries if entry.kind == event_run.IMPACT]
         for hit in hits:
-            sigma = impact_slope(slopes, hit, sigma, tau)
+            sigma = self.collided(hit, sigma, tau)
         sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
-        sigma = kept(slopes, phase, t, y, sigma, tau, self.alike)
+        stopped = [k for k, why in changed.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2]
+        sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
         seen_speed = 1 + float(np.abs(y[slopes.model.n_q : self.moved]).max(initial=0))
         near = CLOSED * (1 + float(np.abs(y[: slopes.model.n_q]).max(initial=0)))
         if not straight:
-            check_ties(slopes, phase, t, y, changed, STILL * seen_speed, near)
+            check_ties(slopes, phase, t, y, list(changed), STILL * seen_speed, near)
         after = slopes.velocity(phase, t, y)
         if last is not None and not hits and not changed:
             before = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
@@ -178,8 +183,8 @@ class _Following:
         leaps = [Segment(self.straight(one, sigma), one.kernels) for one in straight]
         return result, leaps
 
-    def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[list[int], Array]:
-        """Return the contacts whose own events make a moment, and the derivatives of its time."""
+    def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[dict[int, int], Array]:
+        """Return the contacts whose own events make a moment, with their reasons, and the derivatives of its time."""
         slopes = self.slopes
         events: dict[int, int] = {}
         others: set[int] = set()
@@ -213,7 +218,7 @@ class _Following:
         if last is None:
             self.check_start(list(events), S, t)
             self._note(events, t, tau)
-            return list(events), tau
+            return events, tau
         found: list[Array] = []
         phase, moment_t, y = last.kernels, last.path.end, last.path.states[-1]
         f = slopes.velocity(phase, moment_t, y)
@@ -236,7 +241,7 @@ class _Following:
         if found:
             tau = found[0]
         self._note(events, t, tau)
-        return list(events), tau
+        return events, tau
 
     def _note(self, events: dict[int, int], t: float, tau: Array) -> None:
         self.happened += [Happened(t, self.slopes.model.contacts[k].name, tau) for k in events]
@@ -286,13 +291,27 @@ class _Following:
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
         if self.problem.request.impacts == "sequential" and len(chosen) > 1:
             raise refused(slopes, t, "contacts collide one after another, impacts='sequential'")
-        seen = slopes.look(t, before)
-        for k in chosen:
-            contact = slopes.model.contacts[k]
-            loses = seen.restitution[k] > 0 and (len(chosen) > 1 or seen.friction[k] > 0 or seen.static[k] > 0)
-            if contact.impact == "poisson" and loses:
-                raise refused(slopes, t, f"contact '{contact.name}' collides by Poisson's law with friction")
         return Impact(t, before, after, chosen, impulses, part, still)
+
+    def collided(self, hit: Impact, sigma: Array, tau: Array) -> Array:
+        """Return the derivatives after an impact: of Newton's law, or of compression and expansion by Poisson's."""
+        slopes, contacts = self.slopes, self.slopes.model.contacts
+        seen = slopes.look(hit.t, hit.before)
+        poisson = any(contacts[k].impact == "poisson" and seen.rate[self.scene.first[k]] < -hit.still for k in hit.chosen)
+        if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
+            return impact_slope(slopes, hit, sigma, tau)[0]
+        for k in hit.chosen:
+            if contacts[k].slows:
+                raise refused(
+                    slopes, hit.t, f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on slip"
+                )
+        given = compression(seen, self.scene, hit)
+        middle = hit.before.copy()
+        middle[slopes.model.n_q : self.moved] += given @ seen.responses
+        first = hit._replace(after=middle, impulses=given, part=0.0)
+        sigma, of_impulses = impact_slope(slopes, first, sigma, tau)
+        second = hit._replace(before=middle, impulses=hit.impulses - given, compressed=(given, of_impulses))
+        return impact_slope(slopes, second, sigma, tau)[0]
 
     def bounces_taken(
         self, hits: list[Impact], y: Array, phase: Any, sigma: Array, tau: Array, straight: list[Segment]
@@ -316,7 +335,7 @@ class _Following:
         change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
         impulses = self.impulses_between(hit, change, closed)
         rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed)
-        return impact_slope(slopes, rest, sigma, tau, taken=True)
+        return impact_slope(slopes, rest, sigma, tau, taken=True)[0]
 
     def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
         """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
@@ -328,6 +347,27 @@ class _Following:
         result = np.zeros(scene.rows)
         result[rows] = np.linalg.lstsq(seen.matrix[rows].T, change, rcond=1e-11)[0]
         return result
+
+
+def compression(seen: Snapshot, scene: Scene, hit: Impact) -> Array:
+    """Return the impulses of all rows in the compression of an impact by Poisson's law."""
+    rows = [r for k in hit.chosen for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    it = contacts_room(len(hit.chosen), len(rows))
+    it.contacts, it.rows, it.equalities, it.poisson, it.still = len(hit.chosen), len(rows), 0, 0, hit.still
+    at = 0
+    for i, k in enumerate(hit.chosen):
+        first, n = scene.first[k], scene.tangents[k]
+        it.at[i], it.tangents[i], it.presser[i] = at, n, -1
+        it.friction[i] = it.static[i] = seen.friction[k]
+        it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
+        at += 1 + n
+    A = seen.matrix[rows] @ seen.responses[rows].T
+    it.A[: A.size] = A.ravel()
+    it.given[: len(rows)] = seen.rate[rows]
+    compiled_code()["collided"](it)
+    result = np.zeros(scene.rows)
+    result[rows] = it.forces[: len(rows)]
+    return result
 
 
 def _notes(entry: Entry, contacts: int) -> list[list[int]]:
