@@ -1,7 +1,8 @@
 """Derivatives of a motion with contacts by its unknowns: variational equations in its phases, jumps at its events.
 
-The motion is computed first, with all that decides it. The derivatives follow its phases: in each, the state at its start
-and the s_j are integrated together (`phase_slopes.varied`) to its end, and at each event the s_j jump (`saltation`).
+The motion is computed first, with all that decides it. The derivatives follow its phases: in each, the state at its
+start and the s_j are integrated together (`phase_slopes.varied`) to its end, and at each event the s_j jump
+(`saltation`).
 """
 
 from __future__ import annotations
@@ -12,29 +13,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import SimulationError
 from ..ending import FAILED, End
 from ..events import event_run
 from ..events.event_run import STILL
-from ..cones.collision import compiled_code
-from ..cones.contacts import contacts_room
-from ..ode.dense_output import Array, Path
+from ..ode.dense_output import Array, Path, observe
 from ..ode.integration import Integration
 from ..phase.laws import CLOSED
-from ..phase.scene import Scene
-from ..phase.snapshot import Snapshot
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .course import Leap
 from .history import Entry, History
-from .saltation import After, Impact, check_ties, event_slope, impact_slope, kept, refused
-from .slopes import Slopes
+from .impact_slopes import Impact, after_impact, impact_slope
+from .saltation import After, check_ties, event_slope, kept
+from .slopes import Slopes, refused
 
-TRIGGERS = (
-    event_run.NORMAL_ZERO, event_run.END_OF_SIDE, event_run.ONTO_SIDE, event_run.SLIP_STOPPED,
-    event_run.CONE_REACHED,
-)  # fmt: skip
+ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
+TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
@@ -166,9 +161,11 @@ class _Following:
             sigma = S + np.outer(tau, f)
         hits = [self.impact(entry) for entry in moment.entries if entry.kind == event_run.IMPACT]
         for hit in hits:
-            sigma = self.collided(hit, sigma, tau)
+            sigma = after_impact(slopes, hit, sigma, tau)
         sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
-        stopped = [k for k, why in changed.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2]
+        stopped = [
+            k for k, why in changed.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
+        ]
         sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
         seen_speed = 1 + float(np.abs(y[slopes.model.n_q : self.moved]).max(initial=0))
         near = CLOSED * (1 + float(np.abs(y[: slopes.model.n_q]).max(initial=0)))
@@ -185,66 +182,75 @@ class _Following:
 
     def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[dict[int, int], Array]:
         """Return the contacts whose own events make a moment, with their reasons, and the derivatives of its time."""
-        slopes = self.slopes
-        events: dict[int, int] = {}
-        others: set[int] = set()
-        for entry in moment.entries:
-            if entry.kind == event_run.IMPACT:
-                at = 4 + 2 * self.moved + 4
-                for k in entry.marks[2:]:
-                    approaches = entry.numbers[at] < -entry.numbers[3]
-                    if last is None or last.kernels.modes[k] == "open":
-                        if approaches:
-                            events.setdefault(k, event_run.GAP_CLOSED)
-                        elif k not in events:
-                            others.add(k)
-                    at += 3 + self.scene.tangents[k]
-            elif entry.kind == event_run.NOTE:
-                for k, before, after, why in _notes(entry, len(self.scene.first)):
-                    if why in TRIGGERS and before >= 0:
-                        own = why not in (event_run.END_OF_SIDE, event_run.ONTO_SIDE)
-                        if own or self.scene.candidates.pattern.contacts[k].reaches:
-                            events.setdefault(k, why)
-                    elif why == event_run.GAP_CLOSED and last is not None and last.kernels.modes[k] == "open":
-                        events.setdefault(k, why)
-                    del after
-            elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
-                raise refused(slopes, t, "bounces or slips of several contacts end together there")
-        for k in others - set(events):
-            raise refused(
-                slopes, t, f"contact '{slopes.model.contacts[k].name}' touches, without approaching, as others collide"
-            )
-        tau = np.zeros(len(S))
+        slopes, tau = self.slopes, np.zeros(len(S))
+        events = self.events(last, moment, t)
         if last is None:
             self.check_start(list(events), S, t)
-            self._note(events, t, tau)
-            return events, tau
-        found: list[Array] = []
-        phase, moment_t, y = last.kernels, last.path.end, last.path.states[-1]
-        f = slopes.velocity(phase, moment_t, y)
-        onwards = slopes.along(phase, moment_t, y, f, 1.0)
-        ways = [slopes.along(phase, moment_t, y, s, 0.0, dp) for s, dp in zip(S, slopes.seeds, strict=True)]
-        for k, why in events.items():
-            rate = event_slope(slopes, phase, moment_t, y, k, why, onwards)
-            self.check_passing(last, k, why, rate)
-            slope = np.array([event_slope(slopes, phase, moment_t, y, k, why, way) for way in ways])
-            found.append(-slope / rate)
+        found = [] if last is None else self.slopes_of_times(last, events, S)
         for other, k in zip(found[1:], list(events)[1:], strict=True):
+            first = next(iter(events))
             off = np.abs(other - found[0]) > self.alike * (np.abs(other) + np.abs(found[0])) + self.tolerance
             if off.any():
-                first, j = next(iter(events)), int(np.argmax(off))
-                raise refused(
-                    slopes, t,
-                    f"events of contacts '{slopes.model.contacts[first].name}' and '{slopes.model.contacts[k].name}' "
-                    f"come at the same time, but move apart if '{slopes.unknowns[j].name}' changes",
-                )  # fmt: skip
+                names = " and ".join(f"'{slopes.model.contacts[i].name}'" for i in (first, k))
+                unknown = slopes.unknowns[int(np.argmax(off))].name
+                what = (
+                    f"events of contacts {names} come at the same time, but move apart if '{unknown}' changes"
+                )
+                raise refused(slopes, t, what)
         if found:
             tau = found[0]
-        self._note(events, t, tau)
+        self.happened += [Happened(t, slopes.model.contacts[k].name, tau) for k in events]
         return events, tau
 
-    def _note(self, events: dict[int, int], t: float, tau: Array) -> None:
-        self.happened += [Happened(t, self.slopes.model.contacts[k].name, tau) for k in events]
+    def events(self, last: Segment | None, moment: Moment, t: float) -> dict[int, int]:
+        """Return the contacts whose own events make a moment, with their reasons."""
+        slopes, result = self.slopes, dict[int, int]()
+        others: set[int] = set()
+        was_open = [last is None or last.kernels.modes[k] == "open" for k in range(len(self.scene.first))]
+        for entry in moment.entries:
+            if entry.kind == event_run.IMPACT:
+                at = 4 + 2 * (self.moved + 2)
+                for k in entry.marks[2:]:
+                    approaches = entry.numbers[at] < -entry.numbers[3]
+                    if was_open[k] and approaches:
+                        result.setdefault(k, event_run.GAP_CLOSED)
+                    elif was_open[k]:
+                        others.add(k)
+                    at += 3 + self.scene.tangents[k]
+            elif entry.kind == event_run.NOTE:
+                for k, before, _, why in _notes(entry, len(self.scene.first)):
+                    if self.ends_itself(k, before, why, last, was_open[k]):
+                        result.setdefault(k, why)
+            elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
+                raise refused(slopes, t, "bounces or slips of several contacts end together there")
+        for k in others - set(result):
+            name = slopes.model.contacts[k].name
+            raise refused(slopes, t, f"contact '{name}' touches, without approaching, as others collide")
+        return result
+
+    def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
+        """Return True if the mode of a contact ends by a function of its own."""
+        if why == event_run.GAP_CLOSED:
+            return last is not None and was_open
+        has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
+        return before >= 0 and why in TRIGGERS and (why not in ENDS_OF_SIDES or has_end)
+
+    def slopes_of_times(self, last: Segment, events: dict[int, int], S: Array) -> list[Array]:
+        """Return the derivatives of the times of events."""
+        slopes, phase, t, y = self.slopes, last.kernels, last.path.end, last.path.states[-1]
+        if not events:
+            return []
+        onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
+        ways = [slopes.along(phase, t, y, s, 0.0, dp) for s, dp in zip(S, slopes.seeds, strict=True)]
+        result = []
+        for k, why in events.items():
+            if why in (event_run.NORMAL_ZERO, event_run.CONE_REACHED) and phase.spare:
+                name = slopes.model.contacts[k].name
+                raise refused(slopes, t, f"the force that ends the mode of contact '{name}' is indeterminate")
+            rate = event_slope(slopes, phase, t, y, k, why, onwards)
+            self.check_passing(last, k, why, rate)
+            result.append(-np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways]) / rate)
+        return result
 
     def check_start(self, events: Sequence[int], S: Array, t: float) -> None:
         """Raise if contacts that collide at the start would not if an unknown changed."""
@@ -255,7 +261,9 @@ class _Following:
                 if abs(gap) > self.alike * np.abs(s).max(initial=0.0):
                     name = self.slopes.model.contacts[k].name
                     raise refused(
-                        self.slopes, t, f"contact '{name}' begins closed, and would not if '{unknown.name}' changed"
+                        self.slopes,
+                        t,
+                        f"contact '{name}' begins closed, and would not if '{unknown.name}' changed",
                     )
 
     def check_passing(self, last: Segment, k: int, why: int, rate: float) -> None:
@@ -264,9 +272,9 @@ class _Following:
         if why == event_run.GAP_CLOSED:
             program = last.kernels.contact()
             constants = program.constants(self.slopes.parameters)
-            from ..ode.dense_output import observe
-
-            gaps = observe(program.address("gap"), program.outputs("gap"), path.times, path.states, constants)[:, k]
+            gaps = observe(
+                program.address("gap"), program.outputs("gap"), path.times, path.states, constants
+            )[:, k]
             # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
             lasted = path.end - path.start
             grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(self.tolerance) * np.abs(gaps).max()
@@ -289,29 +297,7 @@ class _Following:
             impulses[first : first + size] = numbers[at + 2 : at + 2 + size]
             at += 2 + size
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
-        if self.problem.request.impacts == "sequential" and len(chosen) > 1:
-            raise refused(slopes, t, "contacts collide one after another, impacts='sequential'")
         return Impact(t, before, after, chosen, impulses, part, still)
-
-    def collided(self, hit: Impact, sigma: Array, tau: Array) -> Array:
-        """Return the derivatives after an impact: of Newton's law, or of compression and expansion by Poisson's."""
-        slopes, contacts = self.slopes, self.slopes.model.contacts
-        seen = slopes.look(hit.t, hit.before)
-        poisson = any(contacts[k].impact == "poisson" and seen.rate[self.scene.first[k]] < -hit.still for k in hit.chosen)
-        if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
-            return impact_slope(slopes, hit, sigma, tau)[0]
-        for k in hit.chosen:
-            if contacts[k].slows:
-                raise refused(
-                    slopes, hit.t, f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on slip"
-                )
-        given = compression(seen, self.scene, hit)
-        middle = hit.before.copy()
-        middle[slopes.model.n_q : self.moved] += given @ seen.responses
-        first = hit._replace(after=middle, impulses=given, part=0.0)
-        sigma, of_impulses = impact_slope(slopes, first, sigma, tau)
-        second = hit._replace(before=middle, impulses=hit.impulses - given, compressed=(given, of_impulses))
-        return impact_slope(slopes, second, sigma, tau)[0]
 
     def bounces_taken(
         self, hits: list[Impact], y: Array, phase: Any, sigma: Array, tau: Array, straight: list[Segment]
@@ -334,8 +320,8 @@ class _Following:
         change = y.copy()
         change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
         impulses = self.impulses_between(hit, change, closed)
-        rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed)
-        return impact_slope(slopes, rest, sigma, tau, taken=True)[0]
+        rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed, taken=True)
+        return impact_slope(slopes, rest, sigma, tau)[0]
 
     def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
         """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
@@ -349,27 +335,6 @@ class _Following:
         return result
 
 
-def compression(seen: Snapshot, scene: Scene, hit: Impact) -> Array:
-    """Return the impulses of all rows in the compression of an impact by Poisson's law."""
-    rows = [r for k in hit.chosen for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
-    it = contacts_room(len(hit.chosen), len(rows))
-    it.contacts, it.rows, it.equalities, it.poisson, it.still = len(hit.chosen), len(rows), 0, 0, hit.still
-    at = 0
-    for i, k in enumerate(hit.chosen):
-        first, n = scene.first[k], scene.tangents[k]
-        it.at[i], it.tangents[i], it.presser[i] = at, n, -1
-        it.friction[i] = it.static[i] = seen.friction[k]
-        it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
-        at += 1 + n
-    A = seen.matrix[rows] @ seen.responses[rows].T
-    it.A[: A.size] = A.ravel()
-    it.given[: len(rows)] = seen.rate[rows]
-    compiled_code()["collided"](it)
-    result = np.zeros(scene.rows)
-    result[rows] = it.forces[: len(rows)]
-    return result
-
-
 def _notes(entry: Entry, contacts: int) -> list[list[int]]:
     """Return contact, mode before and after, and reason of each change of an entry."""
     marks = entry.marks[2 + contacts :]
@@ -381,8 +346,3 @@ def _leap(rates: Any, times: Array, states: Array) -> Leap:
     return Leap(
         rates, times, np.diff(times), states, (), End.FINISHED, -1, 0, 0, "dop853",
     )  # fmt: skip
-
-
-def no_derivatives(what: str, cure: str) -> SimulationError:
-    """Return the error for a machine or a quantity without derivatives."""
-    return SimulationError(f"Expected {what}. {cure}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
@@ -27,8 +27,16 @@ from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
 from .motion import touching_motion_of
-from .slopes import Slopes
+from .slopes import NoDerivativesError, Slopes
 
+SPECIAL: dict[str, Callable[[Any], bool]] = {
+    "resistance to rolling or spinning": lambda contact: bool(contact.presser),
+    "a compliant law": lambda contact: contact.compliant,
+    "a given normal force": lambda contact: contact.held,
+    "adhesion": lambda contact: contact.adhesion != 0,
+}
+"""What a contact may have that the derivatives lack."""
+CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
 
 
@@ -36,28 +44,26 @@ def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
     model = request.model
     for contact in model.contacts:
-        what = (
-            "a compliant law" if contact.compliant
-            else "a given normal force" if contact.held
-            else "adhesion" if contact.adhesion != 0
-            else "resistance to rolling or spinning" if contact.presser
-            else ""
-        )  # fmt: skip
+        what = next((text for text, has in SPECIAL.items() if has(contact)), "")
         if what:
             name = contact.owner if contact.presser else contact.name
-            raise SimulationError(
-                f"Expected rigid contacts with friction and restitution alone for sensitivities=, but '{name}' has {what}."
-                " Take differences of runs with values= that differ."
+            raise NoDerivativesError(
+                "Expected rigid contacts with friction and restitution alone for sensitivities=, but contact "
+                f"'{name}' has {what}. {CURE_OF_MACHINES}"
             )
     if model.patches:
-        raise SimulationError(
-            f"Expected contacts of points, edges and round shapes for sensitivities=, but pairs of faces of "
-            f"'{model.name}' touch. Take differences of runs with values= that differ."
+        raise NoDerivativesError(
+            "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
+            f"'{model.name}'. {CURE_OF_MACHINES}"
         )
     if model.constraints:
-        raise SimulationError(
+        raise NoDerivativesError(
             f"Expected a machine without constraints for sensitivities= with contacts, but '{model.name}' has "
-            f"{', '.join(map(repr, model.constraints))}. Take differences of runs with values= that differ."
+            f"{', '.join(map(repr, model.constraints))}. {CURE_OF_MACHINES}"
+        )
+    if request.impacts != "simultaneous":
+        raise NoDerivativesError(
+            f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."
         )
     check_unswitched(request)
 
@@ -82,7 +88,9 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
             f"Expected a start at a fixed time for sensitivities= with contacts, got start={request.start!r}, which "
             "depends on an unknown."
         )
-    first = start_slopes(kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin)
+    first = start_slopes(
+        kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
+    )
     slopes = Slopes(kernels, unknowns, numbers)
     with problem.progress() as between:
         trajectory, history = touching_motion_of(problem, between)
@@ -226,7 +234,10 @@ class TouchingNumbers:
     def _total(self, quantity: Expression, t: float, last: tuple[Array, Array], shift: Array) -> Array:
         row, f = last
         n, zero = self.of.moved, np.zeros(len(self.of.symbols))
-        ways = [self._observed(quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0] for j, dp in enumerate(self.of.seeds)]
+        ways = [
+            self._observed(quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+            for j, dp in enumerate(self.of.seeds)
+        ]
         (rate,) = self._observed(quantity, t, row[:n], f, 1.0, zero)
         return np.array(ways) + rate * shift
 
@@ -254,7 +265,9 @@ class TouchingNumbers:
             result[:, j] = self._values(quantity, times, given)[:, 0]
         return result
 
-    def _observed(self, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array) -> Sequence[float]:
+    def _observed(
+        self, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
+    ) -> Sequence[float]:
         given = np.concatenate([y, s, [tau], dp])[None]
         return cast(Sequence[float], self._values(quantity, np.array([t]), given)[0])
 
@@ -270,11 +283,13 @@ class TouchingNumbers:
                 return state(quantity)
             if quantity not in ENERGIES:
                 raise SimulationError(
-                    f"Expected a quantity of coordinates, speeds, time and parameters, or one of {', '.join(ENERGIES)}, "
-                    f"for a derivative of a motion with contacts, got '{quantity}'."
+                    "Expected a quantity of coordinates, speeds, time and parameters, or one of "
+                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{quantity}'."
                 )
             parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
-            return sum((part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0)
+            return sum(
+                (part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0
+            )
 
         def functions(state: State, given: Sequence[Scalar]) -> Any:
             return {"slope": along(state, [value(state)], slopes.symbols, given)}

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.variation import Unknown
 from ..ode.dense_output import Array, Rates, outputs_at
@@ -16,6 +17,15 @@ from ..phase.candidate_slopes import candidate_slopes
 from ..phase.scene import Phase, Scene, scene_of
 from ..phase.slopes_record import PhaseSlopes, phase_slopes, slopes_code
 from ..phase.snapshot import Snapshot
+
+CURE = (
+    "Ask for the derivatives of a motion that ends before, by unknowns that do not change this event, or take "
+    "differences of runs with values= that differ."
+)
+
+
+class NoDerivativesError(SimulationError):
+    """A motion without derivatives by the unknowns."""
 
 
 class Direction(NamedTuple):
@@ -33,7 +43,12 @@ class Slopes:
     """
 
     def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown], numbers: Mapping[str, float]) -> None:
-        self.kernels, self.model, self.unknowns, self.numbers = kernels, kernels.model, tuple(unknowns), numbers
+        self.kernels, self.model, self.unknowns, self.numbers = (
+            kernels,
+            kernels.model,
+            tuple(unknowns),
+            numbers,
+        )
         self.scene: Scene = scene_of(kernels)
         self.parameters = kernels.parameters(numbers)
         self.symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
@@ -42,6 +57,9 @@ class Slopes:
         self.moved = self.model.n_q + self.model.n_u
         self.starts = [0, *accumulate(self.scene.candidates.pattern.sizes)]
         self._constants: dict[int, tuple[PhaseSlopes, Array]] = {}
+
+    def __reduce__(self) -> Any:
+        return Slopes, (self.kernels, self.unknowns, self.numbers)
 
     @property
     def size(self) -> int:
@@ -72,13 +90,15 @@ class Slopes:
         projection = slopes_code("corrected_state").address if phase.active else 0
         return Rates(
             slopes_code("varied").address, self.size, it.memory, self.model.quaternions, keep,
-            projection=projection, projected=self.moved if projection else 0,
+            projection=projection, projected=self.moved if projection else 0, recipe=(self.rates, phase),
         )  # fmt: skip
 
     def velocity(self, phase: Phase, t: float, y: Array) -> Array:
         """Return (q', u') in a phase."""
         program, constants = phase.motion(), self._of(phase)[1]
-        return outputs_at(program.address("rates"), program.outputs("rates"), t, row(y), constants)[: self.moved]
+        return outputs_at(program.address("rates"), program.outputs("rates"), t, row(y), constants)[
+            : self.moved
+        ]
 
     def forces(self, phase: Phase, t: float, y: Array) -> Array:
         """Return the contact forces in a phase."""
@@ -93,7 +113,9 @@ class Slopes:
         constants = program.constants(self.parameters)
         return outputs_at(program.address(name), program.outputs(name), t, row(y), constants)
 
-    def along(self, phase: Phase, t: float, y: Array, s: Array, tau: float = 0.0, dp: Any = None) -> Direction:
+    def along(
+        self, phase: Phase, t: float, y: Array, s: Array, tau: float = 0.0, dp: Any = None
+    ) -> Direction:
         """Return the derivatives along a direction in a phase."""
         it, _ = self._of(phase)
         change = np.zeros(len(self.symbols)) if dp is None else dp
@@ -153,6 +175,14 @@ class Slopes:
         for i in range(count):
             result[pattern.order[pattern.columns[first + i]]] = own[place + i]
         return result
+
+
+def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
+    """Return the error for a motion without derivatives after a time."""
+    return NoDerivativesError(
+        f"The motion of '{slopes.model.name}' has no derivatives by the unknowns of sensitivities= after t = {t:.9g} "
+        f"s: {what}. {CURE}"
+    )
 
 
 def row(y: Array) -> Array:

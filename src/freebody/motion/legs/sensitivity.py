@@ -110,10 +110,7 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
     program, parameters = variation.program(), kernels.parameters(p.numbers)
     # times that depend on parameters
     shifts = np.array(
-        [
-            slopes_of(model, variation.unknowns, p.numbers, moment)
-            for moment in (request.start, request.until)
-        ]
+        [slopes_of(model, variation.unknowns, p.numbers, moment) for moment in (request.start, request.until)]
     )
     rows = start_slopes(kernels, variation.unknowns, p.state, p.numbers, initial, request.near or {}, begin)
     n, k = kernels.size, len(variation.unknowns)
@@ -149,9 +146,7 @@ def refuse_jumps(variation: Variation, parameters: Array, times: Array, states: 
         return
     program, texts = switches
     constants = program.constants(parameters)
-    found = observe(
-        program.address("switches"), program.outputs("switches"), times, states, constants
-    )
+    found = observe(program.address("switches"), program.outputs("switches"), times, states, constants)
     columns = found.reshape(len(times), len(texts), -1)
     e, jump = columns[:, :, 0], columns[:, :, -1]
     moves = np.abs(columns[:, :, 1:-1]).max(axis=2) > 0

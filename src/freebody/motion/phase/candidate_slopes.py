@@ -10,7 +10,7 @@ The direction is (s, τ, dp): changes of q and u, of time, and of parameters.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from ...dynamics import State, coordinate_rates
 from ...dynamics.composite import mass_matrix
@@ -18,6 +18,7 @@ from ...dynamics.linear import applied
 from ...dynamics.newton_euler import bias
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
+from ...scalar.trace import Tape
 from ..kernels.kernels import Program
 from .candidates import Candidates
 
@@ -25,7 +26,7 @@ from .candidates import Candidates
 def along(state: State, outputs: Sequence[Scalar], symbols: Sequence[Any], given: Sequence[Scalar]) -> Any:
     """Return the derivatives of outputs along (s, τ, dp); dp are changes of the parameters ``symbols``."""
     wrt: list[Any] = [*state.q, *state.u, state.t, *(state.values[x] for x in symbols)]
-    return forward(state.field, outputs, wrt, given)
+    return forward(cast(Tape, state.field), outputs, wrt, given)
 
 
 def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:

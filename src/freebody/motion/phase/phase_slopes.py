@@ -66,9 +66,24 @@ def bias_along(it: PhaseSlopes, phase: PhaseData, k: int, j: int) -> float:
 
 
 @compiled
+def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
+    """Add N W_T d(-μ d) of all contacts that slip to z."""
+    spare = phase.spare
+    for i in range(phase.conditions):
+        if phase.slip[i] != laws.NO_SLIP:
+            k = phase.source[i]
+            N = force_of(phase, k)[0]
+            for j in range(phase.tangents[k]):
+                row_taken(phase, phase.first[k] + 1 + j, spare)
+                change = N * turned(it, phase, k, phase.slip[i], j)
+                for p in range(it.n):
+                    it.z[p] += change * spare[p]
+
+
+@compiled
 def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
     """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved."""
-    n, z, spare = it.n, it.z, phase.spare
+    n, z = it.n, it.z
     it.machine(t, it.given, it.machine_c, it.q_dot)
     for p in range(n):
         i = phase.order[p]
@@ -79,15 +94,7 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         F = force_of(phase, k)
         for j in range(1 + phase.tangents[k]):
             load_along(it, phase, z, phase.first[k] + j, F[j])
-    for i in range(phase.conditions):
-        if phase.slip[i] != laws.NO_SLIP:
-            k = phase.source[i]
-            N = force_of(phase, k)[0]
-            for j in range(phase.tangents[k]):
-                row_taken(phase, phase.first[k] + 1 + j, spare)
-                change = N * turned(it, phase, k, phase.slip[i], j)
-                for p in range(n):
-                    z[p] += change * spare[p]
+    turn_friction(it, phase)
     forwarded(phase, z)
     for i in range(phase.conditions):
         change = bias_along(it, phase, phase.source[i], phase.row_of[i])
@@ -106,9 +113,9 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         if phase.slip[i] != laws.NO_SLIP:
             N = force_of(phase, k)[0]
             for j in range(phase.tangents[k]):
-                it.force[phase.first[k] + 1 + j] = x * friction_along(phase, k, phase.slip[i], j) + N * turned(
-                    it, phase, k, phase.slip[i], j
-                )
+                it.force[phase.first[k] + 1 + j] = x * friction_along(
+                    phase, k, phase.slip[i], j
+                ) + N * turned(it, phase, k, phase.slip[i], j)
     moved(phase, z, it.udot)
 
 

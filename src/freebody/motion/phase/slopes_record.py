@@ -55,7 +55,9 @@ class PhaseSlopes(Record):
     z: Annotated[Row, "n"]
 
 
-def phase_slopes(scene: Any, phase: Array, parameters: Array, symbols: Sequence[Any], seeds: Array) -> PhaseSlopes:
+def phase_slopes(
+    scene: Any, phase: Array, parameters: Array, symbols: Sequence[Any], seeds: Array
+) -> PhaseSlopes:
     """Return the constants of a phase with derivatives; ``phase`` are those of the phase alone."""
     model, pattern = scene.model, scene.candidates.pattern
     program, n, n_q, m = candidate_slopes(scene.candidates, symbols), model.n_u, model.n_q, len(symbols)
