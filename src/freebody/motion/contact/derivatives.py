@@ -7,26 +7,26 @@ start and the s_j are integrated together (`phase_slopes.varied`) to its end, an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from ..ending import FAILED, End
 from ..events import event_run
 from ..events.event_run import STILL
-from ..ode.dense_output import Array, Path, observe
+from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.laws import CLOSED
+from ..phase.scene import LIMIT
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
-from .course import Leap
 from .history import Entry, History
 from .impact_slopes import Impact, after_impact, impact_slope
 from .saltation import After, check_ties, event_slope, kept
 from .slopes import Slopes, refused
+from .variational_path import pieces, straight_path
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
 TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
@@ -102,46 +102,35 @@ class _Following:
         for number, moment in zip(phases, before, strict=False):
             segment = self.history.path.segments[number]
             straight = [self.history.path.segments[k] for k in moment.straight]
-            after, leaps = self.passed(last, moment, straight, segment, S)
+            S, leaps = self.passed(last, moment, straight, segment, S)
             segments += leaps
-            path = self.path(segment, after)
-            segments.append(Segment(path, segment.kernels))
-            S = path.states[-1, self.moved + 2 :].reshape(S.shape)
+            for piece in pieces(self.slopes, segment, S, self.way(segment), self.between):
+                segments.append(Segment(cast(Path, piece), segment.kernels))
+                S = piece.states[-1, self.moved + 2 :].reshape(S.shape)
             last = segment
         # a last moment, with straight steps up to the end of the run
-        rest = before[len(phases)]
-        straight = [self.history.path.segments[k] for k in rest.straight]
-        segments += [Segment(self.straight(one, S), one.kernels) for one in straight]
+        rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
+        segments += [self.straight(one, S) for one in rest]
         return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
 
-    # -- a phase -----------------------------------------------------------------------------------
+    def way(self, segment: Segment) -> Callable[[Rates], Integration]:
+        """Return how a phase is integrated with its derivatives: explicitly, by the method of the run."""
+        k, method = len(self.slopes.unknowns), segment.path.method
+        of_state = np.full(self.moved + 2, self.tolerance)
+        of_state[: self.moved] = self.problem.tolerances[: self.moved]
+        tolerances = np.concatenate([of_state, np.tile(of_state[: self.moved], k)])
 
-    def path(self, segment: Segment, S: Array) -> Path:
-        """Return the path of a phase with its derivatives."""
-        slopes, k = self.slopes, len(self.slopes.unknowns)
-        own, rates = segment.path, slopes.rates(segment.kernels)
-        y = np.concatenate([own.states[0], S.ravel()])
-        if not own.end > own.start:
-            return _leap(rates, np.array([own.start]), y[None])
-        base = np.full(own.states.shape[1], self.tolerance)
-        base[: self.moved] = self.problem.tolerances[: self.moved]
-        tolerances = np.concatenate([base, np.tile(base[: self.moved], k)])
-        method = "dop853" if own.method == "radau" or segment.kernels.active else own.method
-        way = Integration(
-            rates, tolerances, method=method, max_step=self.problem.request.longest_step,
-            max_steps=self.problem.most_steps,
-        )  # fmt: skip
-        path = way.path(y, own.start, own.end, tolerances, self.between)
-        if path.status == End.INTERRUPTED:
-            raise KeyboardInterrupt
-        if path.status in FAILED:
-            raise refused(slopes, path.end, "the variational equations cannot be continued there")
-        return path
+        def made(rates: Rates) -> Integration:
+            return Integration(
+                rates, tolerances, method="dop853" if method == "radau" else method,
+                max_step=self.problem.request.longest_step, max_steps=self.problem.most_steps,
+            )  # fmt: skip
 
-    def straight(self, segment: Segment, S: Array) -> Path:
+        return made
+
+    def straight(self, segment: Segment, S: Array) -> Segment:
         """Return a straight step with constant derivatives."""
-        states = np.hstack([segment.path.states, np.tile(S.ravel(), (len(segment.path.states), 1))])
-        return _leap(self.slopes.rates(segment.kernels), segment.path.times, states)
+        return Segment(cast(Path, straight_path(self.slopes, segment, S)), segment.kernels)
 
     # -- an event ----------------------------------------------------------------------------------
 
@@ -151,6 +140,15 @@ class _Following:
         """Return the derivatives after a moment, and its straight steps."""
         slopes, phase = self.slopes, segment.kernels
         t, y = segment.path.start, segment.path.states[0]
+        at_limit = [
+            slopes.model.contacts[k].name for k, mode in enumerate(phase.modes) if mode.startswith(LIMIT)
+        ]
+        if at_limit:
+            raise refused(
+                slopes,
+                t,
+                f"the others hold contact '{at_limit[0]}' at its limit of friction, which indeterminate forces decide",
+            )
         if len(straight) > 2:
             raise refused(slopes, t, "slips begin and end in several contacts within a microsecond")
         changed, tau = self.times(last, moment, S, t)
@@ -177,7 +175,13 @@ class _Following:
             if np.abs(after - before).max() > 1e-6 * (1 + np.abs(before).max()):
                 raise refused(slopes, t, "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
-        leaps = [Segment(self.straight(one, sigma), one.kernels) for one in straight]
+        if straight:
+            length = t - straight[0].path.start
+            result += [
+                length * slopes.along(phase, t, y, s, 0.0, dp).rates
+                for s, dp in zip(result, slopes.seeds, strict=True)
+            ]
+        leaps = [self.straight(one, sigma) for one in straight]
         return result, leaps
 
     def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[dict[int, int], Array]:
@@ -339,10 +343,3 @@ def _notes(entry: Entry, contacts: int) -> list[list[int]]:
     """Return contact, mode before and after, and reason of each change of an entry."""
     marks = entry.marks[2 + contacts :]
     return [marks[i : i + 4] for i in range(0, len(marks), 4)]
-
-
-def _leap(rates: Any, times: Array, states: Array) -> Leap:
-    """Return a straight path."""
-    return Leap(
-        rates, times, np.diff(times), states, (), End.FINISHED, -1, 0, 0, "dop853",
-    )  # fmt: skip

@@ -78,19 +78,22 @@ class Slopes:
     def _of(self, phase: Phase) -> tuple[PhaseSlopes, Array]:
         key = id(phase)
         if key not in self._constants:
-            constants = phase.motion().constants(self.parameters)
-            made = phase_slopes(self.scene, constants, self.parameters, self.symbols, self.seeds)
-            self._constants[key] = made, constants
+            self._constants[key] = self._made(phase, np.zeros(len(self.unknowns)))
         return self._constants[key]
 
-    def rates(self, phase: Phase) -> Rates:
-        """Return the right-hand side of (q, u, work, heat) and all derivatives in a phase."""
-        it, constants = self._of(phase)
+    def _made(self, phase: Phase, shifts: Array) -> tuple[PhaseSlopes, Array]:
+        constants = phase.motion().constants(self.parameters)
+        made = phase_slopes(self.scene, constants, self.parameters, self.symbols, self.seeds, shifts)
+        return made, constants
+
+    def rates(self, phase: Phase, shifts: Array) -> Rates:
+        """Return the right-hand side of (q, u, work, heat) and of the derivatives of y(t + θ p, p) in a phase."""
+        it, constants = self._made(phase, shifts)
         keep = constants, it, self
         projection = slopes_code("corrected_state").address if phase.active else 0
         return Rates(
             slopes_code("varied").address, self.size, it.memory, self.model.quaternions, keep,
-            projection=projection, projected=self.moved if projection else 0, recipe=(self.rates, phase),
+            projection=projection, projected=self.moved if projection else 0, recipe=(self.rates, phase, shifts),
         )  # fmt: skip
 
     def velocity(self, phase: Phase, t: float, y: Array) -> Array:

@@ -121,14 +121,17 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
 
 @compiled
 def varied(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to the rates of (q, u, work, heat), then of the derivatives of (q, u) by each unknown."""
+    """Set ``out`` to the rates of (q, u, work, heat), then of the derivatives of (q, u) by each unknown.
+
+    With a shift θ they are those of y(t + θ p, p), which are s + θ y'.
+    """
     it = PhaseSlopes(c)
     phase, n_q, n = PhaseData(it.phase), it.n_q, it.n
     rates(t, y, it.phase, out)
     at = n_q + n + 2
     for j in range(it.unknowns):
         direct(it, y, phase.udot, y[at:])
-        it.rest[0] = 0.0
+        it.rest[0] = it.shifts[j]
         for m in range(it.symbols):
             it.rest[1 + m] = it.seeds[j, m]
         slope(t, it, phase)

@@ -22,6 +22,7 @@ class PhaseSlopes(Record):
     ``unknowns``, ``symbols``   numbers of unknowns, and of parameters among them
     ``touches``                 number of outputs of all contacts
     ``seeds``                   change of each of these parameters with each unknown
+    ``shifts``                  τ of each unknown: the s_j are derivatives along times that move with it
     ``machine``, ``touching``   kernels of `candidate_slopes`, with the constants ``machine_c``
     ``given``                   their inputs: (q, u), ``w``, the direction ``s``, then ``rest``: τ and dp
     ``q_dot``, ``bias``, ``inertia``    outputs of ``machine``, one after another
@@ -42,6 +43,7 @@ class PhaseSlopes(Record):
     machine_c: Annotated[Row, "of_machine"]
     touching: Annotated[Wholes, "contacts"]
     seeds: Annotated[Rows, "unknowns", "most_symbols"]
+    shifts: Annotated[Row, "unknowns"]
     given: Annotated[Row, "inputs"]
     w: Row
     s: Row
@@ -56,7 +58,7 @@ class PhaseSlopes(Record):
 
 
 def phase_slopes(
-    scene: Any, phase: Array, parameters: Array, symbols: Sequence[Any], seeds: Array
+    scene: Any, phase: Array, parameters: Array, symbols: Sequence[Any], seeds: Array, shifts: Array
 ) -> PhaseSlopes:
     """Return the constants of a phase with derivatives; ``phase`` are those of the phase alone."""
     model, pattern = scene.model, scene.candidates.pattern
@@ -72,6 +74,7 @@ def phase_slopes(
     it.touching[:] = [program.address(f"contact {k}") for k in range(len(scene.first))]
     for j, row in enumerate(seeds):
         it.seeds[j, :m] = row
+    it.shifts[:] = shifts
     for name, at in (("w", n_q + n), ("s", n_q + 2 * n), ("rest", 2 * n_q + 3 * n)):
         setattr(it, name, it.given[at:])
     it.bias, it.inertia = it.q_dot[n_q:], it.q_dot[n_q + n :]
