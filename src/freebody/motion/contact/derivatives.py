@@ -14,11 +14,9 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ..events import event_run
-from ..events.event_run import STILL
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
-from ..phase.laws import CLOSED
-from ..phase.scene import LIMIT
+from ..phase.scene import LIMIT, Phase
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
@@ -98,15 +96,14 @@ class _Following:
         phases, before = moments(self.history)
         segments: list[Segment] = []
         last: Segment | None = None
-        S = first
+        S, shifts = first, np.zeros(len(first))
         for number, moment in zip(phases, before, strict=False):
             segment = self.history.path.segments[number]
-            straight = [self.history.path.segments[k] for k in moment.straight]
-            S, leaps = self.passed(last, moment, straight, segment, S)
+            S, leaps = self.passed(last, moment, segment, S, shifts)
             segments += leaps
             for piece in pieces(self.slopes, segment, S, self.way(segment), self.between):
                 segments.append(Segment(cast(Path, piece), segment.kernels))
-                S = piece.states[-1, self.moved + 2 :].reshape(S.shape)
+                S, shifts = piece.last, piece.shifts
             last = segment
         # a last moment, with straight steps up to the end of the run
         rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
@@ -135,62 +132,63 @@ class _Following:
     # -- an event ----------------------------------------------------------------------------------
 
     def passed(
-        self, last: Segment | None, moment: Moment, straight: list[Segment], segment: Segment, S: Array
+        self, last: Segment | None, moment: Moment, segment: Segment, r: Array, shifts: Array
     ) -> tuple[Array, list[Segment]]:
-        """Return the derivatives after a moment, and its straight steps."""
+        """Return the derivatives after a moment, and its straight steps; before it they are r - θ y'."""
         slopes, phase = self.slopes, segment.kernels
         t, y = segment.path.start, segment.path.states[0]
-        at_limit = [
-            slopes.model.contacts[k].name for k, mode in enumerate(phase.modes) if mode.startswith(LIMIT)
-        ]
-        if at_limit:
-            raise refused(
-                slopes,
-                t,
-                f"the others hold contact '{at_limit[0]}' at its limit of friction, which indeterminate forces decide",
-            )
-        if len(straight) > 2:
-            raise refused(slopes, t, "slips begin and end in several contacts within a microsecond")
-        changed, tau = self.times(last, moment, S, t)
-        if last is None:
-            sigma = S.copy()
-        else:
-            f = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
-            sigma = S + np.outer(tau, f)
+        straight = [self.history.path.segments[k] for k in moment.straight]
+        self.check_modes(phase, t, len(straight))
+        events, tau = self.times(last, moment, r, shifts, t)
+        before = np.zeros(self.moved)
+        if last is not None:
+            before = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
+        sigma = r + np.outer(tau - shifts, before)
         hits = [self.impact(entry) for entry in moment.entries if entry.kind == event_run.IMPACT]
         for hit in hits:
             sigma = after_impact(slopes, hit, sigma, tau)
-        sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
-        stopped = [
-            k for k, why in changed.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
-        ]
-        sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
-        seen_speed = 1 + float(np.abs(y[slopes.model.n_q : self.moved]).max(initial=0))
-        near = CLOSED * (1 + float(np.abs(y[: slopes.model.n_q]).max(initial=0)))
-        if not straight:
-            check_ties(slopes, phase, t, y, list(changed), STILL * seen_speed, near)
-        after = slopes.velocity(phase, t, y)
-        if last is not None and not hits and not changed:
-            before = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
-            if np.abs(after - before).max() > 1e-6 * (1 + np.abs(before).max()):
-                raise refused(slopes, t, "the forces of contacts jump there")
-        result = sigma - np.outer(tau, after)
         if straight:
             length = t - straight[0].path.start
-            result += [
-                length * slopes.along(phase, t, y, s, 0.0, dp).rates
-                for s, dp in zip(result, slopes.seeds, strict=True)
-            ]
-        leaps = [self.straight(one, sigma) for one in straight]
-        return result, leaps
+            ways = [slopes.along(phase, t, y, *one) for one in zip(sigma, tau, slopes.seeds, strict=True)]
+            sigma = sigma + length * np.array([way.rates for way in ways])
+        sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
+        stopped = [
+            k for k, why in events.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
+        ]
+        sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
+        if not straight:
+            check_ties(slopes, phase, t, y, list(events))
+        after = slopes.velocity(phase, t, y)
+        jump = np.abs(after - before).max(initial=0.0)
+        if (
+            last is not None
+            and not hits
+            and not events
+            and jump > ALIKE * (1 + np.abs(before).max(initial=0.0))
+        ):
+            raise refused(slopes, t, "the forces of contacts jump there")
+        result = sigma - np.outer(tau, after)
+        return result, [self.straight(one, result) for one in straight]
 
-    def times(self, last: Segment | None, moment: Moment, S: Array, t: float) -> tuple[dict[int, int], Array]:
+    def check_modes(self, phase: Phase, t: float, straight: int) -> None:
+        """Raise for modes whose derivatives indeterminate forces decide."""
+        slopes = self.slopes
+        for k, mode in enumerate(phase.modes):
+            if mode.startswith(LIMIT):
+                what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
+                raise refused(slopes, t, what)
+        if straight > 2:
+            raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
+
+    def times(
+        self, last: Segment | None, moment: Moment, r: Array, shifts: Array, t: float
+    ) -> tuple[dict[int, int], Array]:
         """Return the contacts whose own events make a moment, with their reasons, and the derivatives of its time."""
-        slopes, tau = self.slopes, np.zeros(len(S))
+        slopes, tau = self.slopes, np.zeros(len(r))
         events = self.events(last, moment, t)
         if last is None:
-            self.check_start(list(events), S, t)
-        found = [] if last is None else self.slopes_of_times(last, events, S)
+            self.check_start(list(events), r, t)
+        found = [] if last is None else self.slopes_of_times(last, events, r, shifts)
         for other, k in zip(found[1:], list(events)[1:], strict=True):
             first = next(iter(events))
             off = np.abs(other - found[0]) > self.alike * (np.abs(other) + np.abs(found[0])) + self.tolerance
@@ -239,13 +237,13 @@ class _Following:
         has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
         return before >= 0 and why in TRIGGERS and (why not in ENDS_OF_SIDES or has_end)
 
-    def slopes_of_times(self, last: Segment, events: dict[int, int], S: Array) -> list[Array]:
+    def slopes_of_times(self, last: Segment, events: dict[int, int], r: Array, shifts: Array) -> list[Array]:
         """Return the derivatives of the times of events."""
         slopes, phase, t, y = self.slopes, last.kernels, last.path.end, last.path.states[-1]
         if not events:
             return []
         onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-        ways = [slopes.along(phase, t, y, s, 0.0, dp) for s, dp in zip(S, slopes.seeds, strict=True)]
+        ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
         result = []
         for k, why in events.items():
             if why in (event_run.NORMAL_ZERO, event_run.CONE_REACHED) and phase.spare:
@@ -253,7 +251,8 @@ class _Following:
                 raise refused(slopes, t, f"the force that ends the mode of contact '{name}' is indeterminate")
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
             self.check_passing(last, k, why, rate)
-            result.append(-np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways]) / rate)
+            along = np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways])
+            result.append(shifts - along / rate)
         return result
 
     def check_start(self, events: Sequence[int], S: Array, t: float) -> None:

@@ -22,7 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..events import event_run
+from ..events.event_run import STILL
 from ..ode.dense_output import Array
+from ..phase.laws import CLOSED
 from ..phase.scene import Phase
 from .slopes import Slopes, refused
 
@@ -116,10 +118,11 @@ def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
     return result
 
 
-def check_ties(
-    slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int], still: float, near: float
-) -> None:
+def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int]) -> None:
     """Raise if a law holds with equality at the start of a phase, except where it has just ended."""
+    n_q = slopes.model.n_q
+    near = CLOSED * (1 + float(np.abs(y[:n_q]).max(initial=0)))
+    still = STILL * (1 + float(np.abs(y[n_q : slopes.moved]).max(initial=0)))
     seen, F, scene = slopes.look(t, y), slopes.forces(phase, t, y), slopes.scene
     largest = np.abs(F).max(initial=0.0)
     for k, mode in enumerate(phase.modes):

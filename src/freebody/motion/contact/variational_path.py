@@ -64,6 +64,14 @@ class VariationalPath:
         """States with their derivatives at :attr:`times`."""
         return self._read(self.path.times, self.path.states)
 
+    @property
+    def last(self) -> Array:
+        """The r_j at the end, shape (unknowns, components of (q, u)).
+
+        There s_j = r_j - θ_j y' has the round-off of the direction of slip in y'.
+        """
+        return self.path.states[-1, self.slopes.moved + 2 :].reshape(len(self.shifts), -1)
+
     def sample(self, times: Any, dense: bool = False) -> Array:
         """Return the states with their derivatives at times."""
         return self._read(np.atleast_1d(np.asarray(times, dtype=float)), self.path.sample(times, dense))
@@ -95,10 +103,12 @@ def pieces(
         return [straight_path(slopes, segment, S)]
     times, contacts = _splits(slopes, phase, own)
     states = own.sample(times[1:-1]) if len(times) > 2 else np.empty((0, slopes.moved + 2))
+    r, shifts = S, np.zeros(len(S))
     for begin, end, y in zip(times[:-1], times[1:], [own.states[0], *states], strict=True):
-        shifts = _shifts(slopes, phase, begin, y, S, contacts)
+        later = _shifts(slopes, phase, begin, y, (r, shifts), contacts)
         f = slopes.velocity(phase, begin, y)
-        start = np.concatenate([y, (S + np.outer(shifts, f)).ravel()])
+        start = np.concatenate([y, (r + np.outer(later - shifts, f)).ravel()])
+        shifts = later
         integration = way(slopes.rates(phase, shifts))
         path = integration.path(start, begin, end, integration.relative, between)
         if path.status == End.INTERRUPTED:
@@ -106,7 +116,7 @@ def pieces(
         if path.status in FAILED:
             raise refused(slopes, path.end, f"the variational equations end there: {path.status}")
         result.append(VariationalPath(path, shifts, slopes, phase))
-        S = result[-1].states[-1, slopes.moved + 2 :].reshape(S.shape)
+        r = result[-1].last
     return result
 
 
@@ -144,23 +154,25 @@ def _splits(slopes: Slopes, phase: Phase, own: Path) -> tuple[list[float], list[
     return sorted(result), sorted(slow)
 
 
-def _shifts(slopes: Slopes, phase: Phase, t: float, y: Array, S: Array, contacts: list[int]) -> Array:
-    """Return θ of each unknown, for the slowest of some contacts."""
-    result = np.zeros(len(S))
+def _shifts(
+    slopes: Slopes, phase: Phase, t: float, y: Array, given: tuple[Array, Array], contacts: list[int]
+) -> Array:
+    """Return θ of each unknown, for the slowest of some contacts; ``given`` are the r_j and θ_j up to here."""
+    r, shifts = given
     if not contacts:
-        return result
+        return np.zeros_like(shifts)
     rate = slopes.look(t, y).rate
 
     def slip(k: int) -> Array:
         return rate[slopes.scene.first[k] + 1 : slopes.scene.first[k] + 3]
 
     k = min(contacts, key=lambda k: float(np.linalg.norm(slip(k))))
-    v, n = slip(k), slopes.moved
     onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-    growth = float(v @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
-    if growth == 0 or n == 0:
-        return result
-    for j, (s, dp) in enumerate(zip(S, slopes.seeds, strict=True)):
-        way = slopes.along(phase, t, y, s, 0.0, dp)
-        result[j] = -float(v @ slopes.rates_of(slopes.own(way.touches, k), k)[1:]) / growth
+    growth = float(slip(k) @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
+    if growth == 0:
+        return np.zeros_like(shifts)
+    result = shifts.copy()
+    for j, dp in enumerate(slopes.seeds):
+        way = slopes.along(phase, t, y, r[j], shifts[j], dp)
+        result[j] -= float(slip(k) @ slopes.rates_of(slopes.own(way.touches, k), k)[1:]) / growth
     return result
