@@ -15,7 +15,14 @@ from ...errors import SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
 from ..kernels.kernels import Program
-from ..legs.sensitivity import Derivatives, Sensitivity, check_unswitched, refuse_jumps, slopes_of
+from ..legs.sensitivity import (
+    Derivatives,
+    Sensitivity,
+    check_sensitive,
+    check_unswitched,
+    refuse_jumps,
+    slopes_of,
+)
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
@@ -23,6 +30,7 @@ from ..request import Request, problem_of
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.outputs import OfContact, OfReaction
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
@@ -38,6 +46,16 @@ SPECIAL: dict[str, Callable[[Any], bool]] = {
 """What a contact may have that the derivatives lack."""
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
+
+
+def check_derivable(request: Request) -> None:
+    """Refuse motions without derivatives, with contacts or without."""
+    (check_touching if has_events(request) else check_sensitive)(request)
+
+
+def has_events(request: Request) -> bool:
+    """Return True for a motion from event to event of contacts."""
+    return bool(request.model.contacts) and request.method != "timestepping"
 
 
 def check_touching(request: Request) -> None:
@@ -279,12 +297,16 @@ class TouchingNumbers:
         slopes, model = self.of, self.of.model
 
         def value(state: State) -> Scalar:
-            if not isinstance(quantity, str) and not hasattr(quantity, "joint"):
+            if not isinstance(quantity, str | OfContact | OfReaction):
                 return state(quantity)
             if quantity not in ENERGIES:
-                raise SimulationError(
+                name = quantity
+                if not isinstance(quantity, str):
+                    owner = quantity.contact if isinstance(quantity, OfContact) else quantity.joint
+                    name = f"{owner}.{quantity.what}"
+                raise NoDerivativesError(
                     "Expected a quantity of coordinates, speeds, time and parameters, or one of "
-                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{quantity}'."
+                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{name}'."
                 )
             parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
             return sum(
