@@ -10,14 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import SimulationError
+from ...native import loop
 from ..kernels.kernels import Kernels
 from ..legs.variation import Unknown
 from ..ode.dense_output import Array, Rates, outputs_at
 from ..phase.candidate_slopes import candidate_slopes
 from ..phase.scene import Phase, Scene, scene_of
-from ..phase.slopes_record import PhaseSlopes, phase_slopes, slopes_code
+from ..phase.slopes_record import PhaseSlopes, phase_slopes
 from ..phase.snapshot import Snapshot
 
+_MODULE = "motion.phase.phase_slopes"
+_FUNCTIONS = ("varied", "slopes", "corrected_state")
 CURE = (
     "Ask for the derivatives of a motion that ends before, by unknowns that do not change this event, or take "
     "differences of runs with values= that differ."
@@ -178,6 +181,17 @@ class Slopes:
         for i in range(count):
             result[pattern.order[pattern.columns[first + i]]] = own[place + i]
         return result
+
+
+def slopes_code(name: str) -> loop.Function:
+    """Return a compiled function of `phase_slopes`."""
+
+    def named() -> dict[str, Any]:
+        from ..phase import phase_slopes
+
+        return vars(phase_slopes)
+
+    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, short=True).functions[name]
 
 
 def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:

@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from ...native import loop
 from ...native.records import Count, Kernel, Record, Row, Rows, Wholes, record
 from ..ode.dense_output import Array
 from .candidate_slopes import candidate_slopes
-
-_MODULE = loop.sibling(__name__, "phase_slopes")
-_FUNCTIONS = ("varied", "slopes", "corrected_state")
 
 
 @record
@@ -79,14 +75,3 @@ def phase_slopes(
         setattr(it, name, it.given[at:])
     it.bias, it.inertia = it.q_dot[n_q:], it.q_dot[n_q + n :]
     return it
-
-
-def slopes_code(name: str) -> loop.Function:
-    """Return a compiled function of `phase_slopes`."""
-
-    def named() -> dict[str, Any]:
-        from . import phase_slopes
-
-        return vars(phase_slopes)
-
-    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, short=True).functions[name]
