@@ -3,6 +3,7 @@
     batch           many motions, in the compiled loop over lanes or one by one   `studies.batch`
     cluster         the same, in blocks that ``executor=`` runs elsewhere         `studies.batch`
     sensitivities   one motion and its derivatives                                `legs.sensitivity`
+                    the same with contacts                                        `contact.sensitivity`
     steps           equal steps of Moreau and Jean                                `timestepping`
     contacts        phases between the events of contacts                         `contact.motion`
     legs            between blows, and between changes of signals and controllers `legs.several_legs`
@@ -31,6 +32,11 @@ def route(request: Request) -> Callable[[Request], Any]:
 
 def route_of_one(request: Request) -> Callable[[Request], Any]:
     """Return the way that answers a request for one motion."""
+    model = request.kernels.model
+    if request.sensitivities is not None and model.contacts and request.method != "timestepping":
+        from .contact.sensitivity import sensitive_touching_motion
+
+        return sensitive_touching_motion
     if request.sensitivities is not None:
         from .legs.sensitivity import sensitive_motion
 
@@ -39,7 +45,6 @@ def route_of_one(request: Request) -> Callable[[Request], Any]:
         from .timestepping.timestepping import stepped_motion
 
         return stepped_motion
-    model = request.kernels.model
     if model.contacts:
         from .contact.motion import touching_motion
 

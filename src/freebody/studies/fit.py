@@ -24,6 +24,7 @@ import sympy
 from numpy.typing import NDArray
 
 from ..errors import FreebodyError, SimulationError, arguments_named
+from ..motion.contact.slopes import NoDerivativesError
 from ..motion.kernels.kernels import kernels_of
 from ..motion.legs.variation import unknowns_of
 from ..motion.start.initial import number, quaternions_by_joint
@@ -170,9 +171,10 @@ def fit(
 
     Notes
     -----
-    The derivatives of the motion are those of :func:`freebody.simulate` with ``sensitivities=``. Motions with contacts
-    have none: two motions for each unknown give them as differences. Such a motion bends where an impact or a slip
-    moves over a measured time, and jumps where a contact is met or missed, so begin near, or give ``starts``.
+    The derivatives of the motion are those of :func:`freebody.simulate` with ``sensitivities=``. Where a motion with
+    contacts has none, differences of two motions for each unknown take their place. Such a motion bends where an
+    impact or a slip moves over a measured time, and jumps where a contact is met or missed, so begin near, or give
+    ``starts``.
 
     Raises
     ------
@@ -261,9 +263,8 @@ def fit(
     weights = _weights(sigma, quantities, measured)
     low, high = _bounds(bounds, names, first)
     calls = [0]
-    sensitive = None if model.contacts else names
 
-    def motions(p: Array) -> list[Any]:
+    def motions(p: Array, sensitive: list[str] | None) -> list[Any]:
         calls[0] += 1
         result = []
         at = dict(zip(names, p.tolist(), strict=True))
@@ -281,8 +282,8 @@ def fit(
 
     memory: dict[bytes, _Computed] = {}
 
-    def compared(fitted: list[Any]) -> tuple[Array, list[Array]]:
-        """Residuals of motions, and their derivatives if the motions have some."""
+    def compared(fitted: list[Any], sensitive: bool) -> tuple[Array, list[Array]]:
+        """Residuals of motions, and their derivatives if they are asked for."""
         residuals, rows = [], []
         for (times, columns), motion, scales in zip(measured, fitted, weights, strict=True):
             places = np.searchsorted(motion.t, times)
@@ -303,9 +304,13 @@ def fit(
         key = p.tobytes()
         if key not in memory:
             memory.clear()
-            fitted = motions(p)
-            residuals, rows = compared(fitted)
-            J = np.concatenate(rows) if sensitive else differences(p)
+            try:
+                fitted = motions(p, names)
+                residuals, rows = compared(fitted, True)
+                J = np.concatenate(rows)
+            except NoDerivativesError:
+                fitted = motions(p, None)
+                residuals, J = compared(fitted, False)[0], differences(p)
             memory[key] = _Computed(residuals, J, fitted)
         return memory[key]
 
@@ -314,7 +319,7 @@ def fit(
         columns, h = [], tolerance ** (1 / 3) * np.where(p != 0, np.abs(p), 1.0)
         for j, step in enumerate(np.diag(h)):
             ends = [np.clip(p + side * step, low, high) for side in (1, -1)]
-            after, before = (compared(motions(end))[0] for end in ends)
+            after, before = (compared(motions(end, None), False)[0] for end in ends)
             columns.append((after - before) / (ends[0][j] - ends[1][j]))
         return np.column_stack(columns)
 

@@ -18,12 +18,12 @@ from ...model.values import check_assumptions
 from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
+from ..contact.sensitivity import check_derivable
 from ..ending import End
 from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
 from ..legs.blow import blows_of
-from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
 from ..ode.layout import EXPLICIT
@@ -254,7 +254,7 @@ def job_of(request: Request, count: int | None = None) -> Job:
     tolerances = tolerances_of(kernels, request.tolerance, method)
     unknowns: tuple[str, ...] = ()
     if request.sensitivities is not None:
-        check_sensitive(request)
+        check_derivable(request)
         unknowns = tuple(
             x.name for x in unknowns_of(model, request.sensitivities, lanes.initial_of(0), "sensitivities")
         )

@@ -151,7 +151,7 @@ class Touching:
 
     history: Any
     stepping: None = None
-    derivatives: None = None
+    derivatives: Any = None
     legs: ClassVar[InLegs] = InLegs()
 
     @property

@@ -36,10 +36,11 @@ def touching_motion(request: Request) -> Trajectory:
     """
     problem = problem_of(request)
     with problem.progress() as between:
-        return _touching_motion(problem, between)
+        return touching_motion_of(problem, between)[0]
 
 
-def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
+def touching_motion_of(problem: Problem, between: Progress) -> tuple[Trajectory, History]:
+    """Return the motion of a problem, and its history."""
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
     if request.impacts not in ORDERS:
         raise SimulationError(
@@ -75,7 +76,7 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             modes = history.path.segments[-1].modes
             why.args = (f"{why}{flat(work, [k for k, mode in enumerate(modes) if mode != 'open'])}",)
         raise why
-    return trajectory
+    return trajectory, history
 
 
 def _trajectory(problem: Problem, history: History) -> Trajectory:

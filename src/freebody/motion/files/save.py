@@ -169,6 +169,11 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
 def kind_of(motion: Trajectory) -> str:
     """Return the kind of a motion in a file: smooth, phases, contacts, steps or sensitivities."""
     if isinstance(motion.course, Touching):
+        if motion.course.derivatives is not None:
+            raise SimulationError(
+                "Expected a motion with contacts and without sensitivities= for a file, got one with derivatives. Save "
+                "the motion of a run without them; trajectory.sensitivity gives arrays, which numpy.savez keeps."
+            )
         return "contacts"
     if isinstance(motion.course, InSteps):
         return "steps"

@@ -29,7 +29,7 @@ from ...scalar.expression import evaluate
 from ..ending import FAILED
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
-from ..ode.dense_output import Path, observe
+from ..ode.dense_output import observe
 from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
@@ -52,11 +52,6 @@ Array = NDArray[np.float64]
 def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
     model, method = request.model, request.method
-    if model.contacts:
-        raise SimulationError(
-            f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
-            f"{', '.join(map(repr, model.contacts))}: their events move with the parameters."
-        )
     allowed = ("auto", *EXPLICIT, "gauss", "taylor")
     if method not in allowed:
         raise SimulationError(
@@ -67,12 +62,17 @@ def check_sensitive(request: Request) -> None:
             "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
-    refuse_switched(model, "sensitivities=")
+    check_unswitched(request)
+
+
+def check_unswitched(request: Request) -> None:
+    """Refuse motions that signals, controllers or blows interrupt."""
+    refuse_switched(request.model, "sensitivities=")
     if request.struck:
         raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
 
 
-def _slopes_of(
+def slopes_of(
     model: Model, unknowns: Sequence[Unknown], numbers: Mapping[str, float], value: Expression
 ) -> list[float]:
     """Return the derivatives of a time that may be an expression of parameters."""
@@ -110,10 +110,7 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
     program, parameters = variation.program(), kernels.parameters(p.numbers)
     # times that depend on parameters
     shifts = np.array(
-        [
-            _slopes_of(model, variation.unknowns, p.numbers, moment)
-            for moment in (request.start, request.until)
-        ]
+        [slopes_of(model, variation.unknowns, p.numbers, moment) for moment in (request.start, request.until)]
     )
     rows = start_slopes(kernels, variation.unknowns, p.state, p.numbers, initial, request.near or {}, begin)
     n, k = kernels.size, len(variation.unknowns)
@@ -135,11 +132,11 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2),
     )  # fmt: skip
     path = way.path(y, begin, p.end, absolute, between)
-    _refuse_jumps(variation, parameters, path)
+    refuse_jumps(variation, parameters, path.times, path.states)
     return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
-def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
+def refuse_jumps(variation: Variation, parameters: Array, times: Array, states: Array) -> None:
     """Refuse a run in which the rates jump at a time that moves with the unknowns.
 
     There the derivatives jump by (f₋ - f₊) dt/dp, dt/dp = -De/e', which the variational equations of one side lack.
@@ -149,18 +146,16 @@ def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
         return
     program, texts = switches
     constants = program.constants(parameters)
-    found = observe(
-        program.address("switches"), program.outputs("switches"), path.times, path.states, constants
-    )
-    columns = found.reshape(len(path.times), len(texts), -1)
+    found = observe(program.address("switches"), program.outputs("switches"), times, states, constants)
+    columns = found.reshape(len(times), len(texts), -1)
     e, jump = columns[:, :, 0], columns[:, :, -1]
     moves = np.abs(columns[:, :, 1:-1]).max(axis=2) > 0
     passed = (e[:-1] * e[1:] < 0) & ((jump[:-1] > 0) | (jump[1:] > 0)) & (moves[:-1] | moves[1:])
     rows, laws = np.nonzero(passed)
     if rows.size:
         raise SimulationError(
-            f"The rates jump where {texts[laws[0]]} passes zero, between t = {path.times[rows[0]]:.6g} and "
-            f"{path.times[rows[0] + 1]:.6g} s, and this time moves with the unknowns of sensitivities=, whose "
+            f"The rates jump where {texts[laws[0]]} passes zero, between t = {times[rows[0]]:.6g} and "
+            f"{times[rows[0] + 1]:.6g} s, and this time moves with the unknowns of sensitivities=, whose "
             "derivatives jump with it. End the run before, make the law continuous, such as tanh(x/w) for sign(x), or "
             "take differences of runs with values= that differ."
         )

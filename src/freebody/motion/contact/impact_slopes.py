@@ -1,0 +1,251 @@
+"""Derivatives after an impact: its law, with the same contacts pressing, sticking and slipping, is differentiated.
+
+    M Δu = Wᵀ Λ,    v_N⁺ = -e v_N⁻,    v_T⁺ = 0 or Λ_T = -μ Λ_N d,  d = v_T⁺/|v_T⁺|
+
+A change (σ, τ, dp) of the state before, of the time and of the unknowns gives
+
+    M (σ⁺ - σ⁻) + d(M Δu) = Σ Λ dW + Wᵀ dΛ,    dv_N⁺ = -e dv_N⁻ - de v_N⁻,
+    dv_T⁺ = 0 or dΛ_T = -μ d dΛ_N - Λ_N (dμ d + μ (1 - d dᵀ)/|v_T⁺| dv_T⁺)
+
+which is linear in σ⁺ and dΛ. Poisson's law is a compression (e = 0), and an expansion in which a contact presses with
+e Λ_C or has v_N⁺ = 0.
+
+Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), section 7.1.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..cones.collision import compiled_code
+from ..cones.contacts import contacts_room
+from ..ode.dense_output import Array
+from ..phase.snapshot import Snapshot
+from .slopes import Slopes, refused
+
+NONE = 1e-9
+"""Part of the greatest impulse below which there is none."""
+SLOW = 100
+"""Multiple of the speed that counts as none, below which a contact rests after an impact."""
+AT_LIMIT = 1e-7
+"""Part of μ Λ_N by which a contact that sticks stays below its limit of friction."""
+
+
+class Impact(NamedTuple):
+    """An impact: states, contacts, impulses of all rows of their kernels, and the part of e that acts.
+
+    ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
+    ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
+    """
+
+    t: float
+    before: Array
+    after: Array
+    chosen: Sequence[int]
+    impulses: Array
+    part: float
+    still: float
+    taken: bool = False
+    compressed: Any = None
+
+
+class Law(NamedTuple):
+    """The law of a contact that presses: v_N⁺ = -e v_N⁻, and it sticks (``way`` None) or slips along ``way``.
+
+    ``speed``     v_N⁻, and ``part``: of the derivative of e that counts
+    ``place``     that of its coefficient of friction among its laws; ``turn``: (1 - d dᵀ)/|v_T⁺|
+    ``grown``     e times the derivatives of Λ_C, if it presses with e Λ_C
+    """
+
+    contact: int
+    rows: list[int]
+    e: float
+    part: float
+    speed: float
+    impulse: float
+    friction: float
+    place: int
+    way: Any
+    turn: Any
+    grown: Any = None
+
+
+def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array:
+    """Return the derivatives after an impact, by Newton's law or by Poisson's.
+
+    Raises
+    ------
+    NoDerivativesError
+        A law that holds with equality, or contacts that would not collide together.
+    """
+    seen, contacts = slopes.look(hit.t, hit.before), slopes.model.contacts
+    approaching = [k for k in hit.chosen if seen.rate[slopes.scene.first[k]] < -hit.still]
+    poisson = any(contacts[k].impact == "poisson" for k in approaching)
+    if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
+        return impact_slope(slopes, hit, sigma, tau)[0]
+    for k in hit.chosen:
+        if contacts[k].slows:
+            what = f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on its slip"
+            raise refused(slopes, hit.t, what)
+    given, middle = compression(slopes, hit, seen), hit.before.copy()
+    middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
+    first = hit._replace(after=middle, impulses=given, part=0.0)
+    sigma, of_impulses = impact_slope(slopes, first, sigma, tau)
+    second = hit._replace(before=middle, impulses=hit.impulses - given, compressed=(given, of_impulses))
+    return impact_slope(slopes, second, sigma, tau)[0]
+
+
+def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
+    """Return the impulses of all rows in the compression of an impact by Poisson's law."""
+    scene, count = slopes.scene, len(hit.chosen)
+    rows = [r for k in hit.chosen for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    it, at = contacts_room(count, len(rows)), 0
+    it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, 0, hit.still
+    for i, k in enumerate(hit.chosen):
+        it.at[i], it.tangents[i], it.presser[i] = at, scene.tangents[k], -1
+        it.friction[i] = it.static[i] = seen.friction[k]
+        it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
+        at += 1 + scene.tangents[k]
+    A = seen.between(rows)
+    it.A[: A.size], it.given[: len(rows)] = A.ravel(), seen.rate[rows]
+    compiled_code()["collided"](it)
+    result = np.zeros(scene.rows)
+    result[rows] = it.forces[: len(rows)]
+    return result
+
+
+def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple[Array, Array]:
+    """Return the derivatives after one stage of an impact, and those of the impulses of all rows."""
+    laws, n_q, n = _laws(slopes, hit), slopes.model.n_q, slopes.model.n_u
+    rows = [r for law in laws for r in law.rows]
+    W, M = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
+    A = _equations(laws, rows, W, M)
+    scale = np.abs(A).max(axis=1)
+    scale[scale == 0] = 1
+    result, forces = sigma.copy(), np.zeros((len(sigma), slopes.scene.rows))
+    for j, s in enumerate(sigma):
+        right = _right(slopes, hit, laws, s, tau[j], j)
+        right[:n] += M @ s[n_q:]
+        right /= scale
+        x = np.linalg.lstsq(A / scale[:, None], right, rcond=1e-11)[0]
+        left = np.abs(A / scale[:, None] @ x - right).max()
+        if left > AT_LIMIT * max(np.abs(right).max(), np.abs(x[:n]).max()):
+            names = ", ".join(f"'{slopes.model.contacts[k].name}'" for k in hit.chosen)
+            what = f"contacts {names} would not collide together if '{slopes.unknowns[j].name}' changed"
+            raise refused(slopes, hit.t, what)
+        result[j, n_q:], forces[j, rows] = x[:n], x[n:]
+    return result, forces
+
+
+def _equations(laws: list[Law], rows: list[int], W: Array, M: Array) -> Array:
+    """Return the matrix of the equations of σ⁺ and dΛ."""
+    n, i = len(M), len(M)
+    A = np.zeros((n + len(rows), n + len(rows)))
+    A[:n, :n], A[:n, n:] = M, -W[rows].T
+    for law in laws:
+        normal = i
+        if law.grown is None:
+            A[i, :n] = W[law.rows[0]]
+        else:
+            A[i, i] = 1
+        turned = None if law.way is None else law.turn @ W[law.rows[1:]]
+        for place, r in enumerate(law.rows[1:]):
+            i += 1
+            if turned is None:
+                A[i, :n] = W[r]
+            else:
+                A[i, i], A[i, normal] = 1, law.friction * law.way[place]
+                A[i, :n] = law.impulse * law.friction * turned[place]
+        i += 1
+    return A
+
+
+def _right(slopes: Slopes, hit: Impact, laws: list[Law], s: Array, tau: float, j: int) -> Array:
+    """Return the right-hand sides for a change with the unknown j, without M σ⁻."""
+    n_q, n, scene = slopes.model.n_q, slopes.model.n_u, slopes.scene
+    dp, still = slopes.seeds[j], np.concatenate([s[:n_q], np.zeros(n)])
+    change = (hit.after - hit.before)[n_q : n_q + n]
+    first = -slopes.of_momentum(hit.t, hit.before, change, still, tau, dp)
+    result = [first]
+    for law in laws:
+        k, at = law.contact, scene.first[law.contact]
+        own = slopes.of_contact(k, hit.t, hit.before, s, tau, dp)
+        after = slopes.rates_of(slopes.of_contact(k, hit.t, hit.after, still, tau, dp), k)
+        of_laws = slopes.laws_of(own, k)
+        for r in range(at, at + 1 + scene.tangents[k]):
+            first += hit.impulses[r] * slopes.row_entries(own, r)
+        if law.grown is None:
+            normal = -after[0] - law.e * slopes.rates_of(own, k)[0] - law.part * of_laws[2] * law.speed
+        else:
+            normal = law.grown[j] + law.part * of_laws[2] * law.impulse / law.e
+        result.append(np.array([normal]))
+        if law.way is not None:
+            turned = law.friction * (law.turn @ after[1:])
+            result.append(-law.impulse * (of_laws[law.place] * law.way + turned))
+        elif len(law.rows) > 1:
+            result.append(-after[1:])
+    return np.concatenate(result)
+
+
+def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
+    """Return the laws of the contacts that press."""
+    before, after = slopes.look(hit.t, hit.before), slopes.look(hit.t, hit.after)
+    largest, result = np.abs(hit.impulses).max(initial=0), []
+    for k in hit.chosen:
+        law = _law_of(slopes, hit, k, (before, after), NONE * largest)
+        if law is not None:
+            result.append(law)
+    limits = [k for k in (law.contact for law in result if _is_at_limit(hit, law)) if not hit.taken]
+    held = [
+        r for law in result for r in law.rows[: 1 if law.way is not None or law.contact in limits else None]
+    ]
+    for law in result:  # at the limit of friction it sticks if the others hold it
+        W = before.matrix
+        if law.contact in limits and np.linalg.matrix_rank(
+            W[[*held, *law.rows]], NONE
+        ) > np.linalg.matrix_rank(W[held], NONE):
+            what = (
+                f"contact '{slopes.model.contacts[law.contact].name}' is between stick and slip in an impact"
+            )
+            raise refused(slopes, hit.t, what)
+    return result
+
+
+def _is_at_limit(hit: Impact, law: Law) -> bool:
+    """Return True for a contact that sticks at its limit of friction."""
+    most, friction = law.friction * law.impulse, float(np.linalg.norm(hit.impulses[law.rows[1:]]))
+    return law.way is None and len(law.rows) > 1 and most - friction <= AT_LIMIT * most
+
+
+def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], none: float) -> Law | None:
+    """Return the law of a contact, None if it does not press."""
+    scene, (before, after) = slopes.scene, seen
+    at, n, still = scene.first[k], scene.tangents[k], SLOW * hit.still
+    e, part = (0.0, 0.0) if hit.taken else (hit.part * float(before.restitution[k]), hit.part)
+    speed, N, least, grown = float(before.rate[at]), float(hit.impulses[at]), 0.0, None
+    rebound = after.rate[at] + e * speed
+    if hit.compressed is not None:
+        given, of_impulses = hit.compressed
+        least, grown, rebound = e * max(float(given[at]), 0.0), e * of_impulses[:, at], after.rate[at]
+    presses = hit.taken or N - least > none
+    if not presses and not rebound > still:
+        what = f"contact '{slopes.model.contacts[k].name}' takes part in an impact without impulse"
+        raise refused(slopes, hit.t, what)
+    if not presses and least <= none:
+        return None
+    if presses and hit.compressed is not None:
+        e, part, grown = 0.0, 0.0, None
+    slip = after.rate[at + 1 : at + 1 + n]
+    rests = np.linalg.norm(before.rate[at + 1 : at + 1 + n]) <= hit.still and hit.compressed is None
+    place = 3 if rests else 0
+    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, hit.before), k)[place])
+    rows, way, turn, size = [at], None, None, float(np.linalg.norm(slip))
+    if n > 0 and mu != 0:
+        rows += range(at + 1, at + 1 + n)
+        if size > still:
+            way = slip / size
+            turn = (np.eye(n) - np.outer(way, way)) / size
+    return Law(k, rows, e, part, speed, N, mu, place, way, turn, grown)

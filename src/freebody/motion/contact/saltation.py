@@ -1,0 +1,150 @@
+"""What becomes of derivatives at the events of contacts: the saltation matrix, with the set of active laws fixed.
+
+An event at g(t, y, p) = 0 happens at another time if p changes. With f the rates on both sides and y⁺ = R(t, y⁻, p),
+
+    dt/dp = -(∂g/∂y s⁻ + ∂g/∂p)/(dg/dt),    σ = s⁻ + f⁻ dt/dp,
+    s⁺ = ∂R/∂y σ + ∂R/∂t dt/dp + ∂R/∂p - f⁺ dt/dp
+
+R is an impact (`impact_slopes`), or it takes the rest of a series of bounces away, or it is the identity. Derivatives
+do not exist where events of different times meet, where an event only touches zero, and where a law holds with equality
+beside others that end. These are refused.
+
+Sources: M. A. Aizerman, F. R. Gantmakher, On the stability of periodic motions (1958); R. I. Leine, H. Nijmeijer,
+Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), section 7.1.3 (jumps of the fundamental solution);
+I. A. Hiskens, M. A. Pai, Trajectory sensitivity analysis of hybrid systems, IEEE Trans. Circuits Syst. I 47 (2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..events import event_run
+from ..events.event_run import STILL
+from ..ode.dense_output import Array
+from ..phase.laws import CLOSED
+from ..phase.scene import Phase
+from .slopes import Slopes, refused
+
+# -- times -------------------------------------------------------------------------------------------------
+
+
+def event_slope(slopes: Slopes, phase: Phase, t: float, y: Array, k: int, why: int, along: Any) -> float:
+    """Return the derivative along a direction of the function whose zero is an event of a contact."""
+    own, at, n = slopes.own(along.touches, k), slopes.scene.first[k], slopes.scene.tangents[k]
+    if why == event_run.GAP_CLOSED:
+        return float(own[0])
+    dF = along.forces[at : at + 1 + n]
+    if why == event_run.NORMAL_ZERO:
+        return float(dF[0])
+    if why == event_run.CONE_REACHED:
+        F = slopes.forces(phase, t, y)[at : at + 1 + n]
+        mu, change = slopes.look(t, y).static[k], slopes.laws_of(own, k)[1]
+        size = np.linalg.norm(F[1:])
+        return float(mu * dF[0] + change * F[0] - F[1:] @ dF[1:] / size)
+    if why == event_run.SLIP_STOPPED:
+        v = slopes.look(t, y).rate[at + 1 : at + 1 + n]
+        dv = slopes.rates_of(own, k)[1:]
+        return float(dv[0] if n == 1 else v @ dv / np.linalg.norm(v))
+    return float(own[1 + reach_at_zero(slopes, t, y, k)])
+
+
+def reach_at_zero(slopes: Slopes, t: float, y: Array, k: int) -> int:
+    """Return which end of a side is met."""
+    own = slopes.outputs(k, t, y)
+    count = slopes.scene.candidates.pattern.contacts[k].reaches
+    return int(np.argmin(np.abs(own[1 : 1 + count])))
+
+
+# -- the next phase ----------------------------------------------------------------------------------------
+
+
+class After(NamedTuple):
+    """The start of a phase: the contacts whose slip in space stops there, and up to what relative size derivatives
+    that violate a condition count as round-off.
+    """
+
+    phase: Phase
+    t: float
+    y: Array
+    stopped: Sequence[int]
+    alike: float
+
+
+def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
+    """Return derivatives moved onto the conditions of a phase, which they keep.
+
+    A slip in space that stops turns at a rate of 1/|v|: what is left of the derivative across it is taken away by
+    friction in the last moment, an impulse along the tangents.
+
+    Raises
+    ------
+    SimulationError
+        A contact that is closed would open, or one that sticks would slip, if an unknown changed.
+    """
+    phase, t, y, stopped, alike = at
+    seen, result = slopes.look(t, y), sigma.copy()
+    n_q, scene = slopes.model.n_q, slopes.scene
+    held = [(k, j, scene.first[k] + j) for k, j in phase.conditions]
+    for j, s in enumerate(sigma):
+        whole = slopes.along(phase, t, y, s, tau[j], slopes.seeds[j])
+        alone = slopes.along(phase, t, y, np.zeros_like(s), tau[j], slopes.seeds[j])
+        sizes = np.abs(s[:n_q]).max(initial=0.0), np.abs(s[n_q:]).max(initial=0.0)
+        wrong = np.zeros(len(held))
+        for i, (k, place, r) in enumerate(held):
+            own, parts = slopes.own(whole.touches, k), slopes.own(alone.touches, k)
+            most = np.abs(seen.matrix[r]).max()
+            wrong[i] = slopes.rates_of(own, k)[place]
+            given = slopes.rates_of(parts, k)[place]
+            size = most * (sizes[0] + sizes[1]) + abs(given)
+            floor = 0.1 * alike * most  # the error of the steps
+            off = abs(wrong[i]) > alike * size + floor and not (place > 0 and k in stopped)
+            if place == 0:
+                off |= abs(own[0]) > alike * (most * sizes[0] + abs(parts[0])) + floor
+            if off:
+                does = "close or open" if place == 0 else "slip"
+                raise refused(
+                    slopes, t,
+                    f"contact '{slopes.model.contacts[k].name}' ({phase.modes[k]}) would {does} "
+                    f"if '{slopes.unknowns[j].name}' changed",
+                )  # fmt: skip
+        rows = [r for _, _, r in held]
+        if rows:
+            X = seen.responses[rows]
+            A = seen.matrix[rows] @ X.T
+            result[j, n_q:] -= np.linalg.lstsq(A, wrong, rcond=1e-10)[0] @ X
+    return result
+
+
+def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int]) -> None:
+    """Raise if a law holds with equality at the start of a phase, except where it has just ended."""
+    n_q = slopes.model.n_q
+    near = CLOSED * (1 + float(np.abs(y[:n_q]).max(initial=0)))
+    still = STILL * (1 + float(np.abs(y[n_q : slopes.moved]).max(initial=0)))
+    seen, F, scene = slopes.look(t, y), slopes.forces(phase, t, y), slopes.scene
+    largest = np.abs(F).max(initial=0.0)
+    for k, mode in enumerate(phase.modes):
+        at, n = scene.first[k], scene.tangents[k]
+        name = slopes.model.contacts[k].name
+        if mode == "open" or k in changed:
+            continue
+        if F[at] <= 1e-9 * largest:
+            raise refused(slopes, t, f"contact '{name}' is closed without force")
+        if mode == "stick" and n:
+            limit = seen.static[k] * F[at]
+            if limit - np.linalg.norm(F[at + 1 : at + 1 + n]) <= 1e-9 * max(limit, largest):
+                raise refused(slopes, t, f"contact '{name}' sticks exactly at its limit of friction")
+    if any(mode == "open" for mode in phase.modes):
+        a = slopes.accelerations(phase, t, y)
+        for k, mode in enumerate(phase.modes):
+            at = scene.first[k]
+            touches = mode == "open" and abs(seen.gap[k]) <= near and seen.reach[k] >= 0
+            if (
+                touches
+                and k not in changed
+                and abs(seen.rate[at]) <= still
+                and a[at] <= 1e-9 * np.abs(a).max()
+            ):
+                raise refused(slopes, t, f"contact '{slopes.model.contacts[k].name}' touches without force")

@@ -1,0 +1,320 @@
+"""Derivatives of a motion with contacts, read by the names of quantities and unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+import sympy
+
+from ...dynamics import State, kinetic_energy, potential_energy
+from ...errors import SimulationError, nearest
+from ...scalar.algebra import Expression, Scalar
+from ..ending import End
+from ..kernels.kernels import Program
+from ..legs.sensitivity import (
+    Derivatives,
+    Sensitivity,
+    check_sensitive,
+    check_unswitched,
+    refuse_jumps,
+    slopes_of,
+)
+from ..legs.variation import Variation, unknowns_of
+from ..ode.dense_output import Array, Crossing, observe
+from ..phase.candidate_slopes import along
+from ..request import Request, problem_of
+from ..start.start_sensitivity import start_slopes
+from ..trajectory.computed_motion import ComputedMotion
+from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.outputs import OfContact, OfReaction
+from ..trajectory.trajectory import Trajectory
+from .course import Touching
+from .derivatives import Followed, follow
+from .motion import touching_motion_of
+from .slopes import NoDerivativesError, Slopes
+
+SPECIAL: dict[str, Callable[[Any], bool]] = {
+    "resistance to rolling or spinning": lambda contact: bool(contact.presser),
+    "a compliant law": lambda contact: contact.compliant,
+    "a given normal force": lambda contact: contact.held,
+    "adhesion": lambda contact: contact.adhesion != 0,
+}
+"""What a contact may have that the derivatives lack."""
+CURE_OF_MACHINES = "Take differences of runs with values= that differ."
+ENERGIES = ("kinetic_energy", "potential_energy", "energy")
+
+
+def check_derivable(request: Request) -> None:
+    """Refuse motions without derivatives, with contacts or without."""
+    (check_touching if has_events(request) else check_sensitive)(request)
+
+
+def has_events(request: Request) -> bool:
+    """Return True for a motion from event to event of contacts."""
+    return bool(request.model.contacts) and request.method != "timestepping"
+
+
+def check_touching(request: Request) -> None:
+    """Refuse machines whose contacts have laws without derivatives here."""
+    model = request.model
+    for contact in model.contacts:
+        what = next((text for text, has in SPECIAL.items() if has(contact)), "")
+        if what:
+            name = contact.owner if contact.presser else contact.name
+            raise NoDerivativesError(
+                "Expected rigid contacts with friction and restitution alone for sensitivities=, but contact "
+                f"'{name}' has {what}. {CURE_OF_MACHINES}"
+            )
+    if model.patches:
+        raise NoDerivativesError(
+            "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
+            f"'{model.name}'. {CURE_OF_MACHINES}"
+        )
+    if model.constraints:
+        raise NoDerivativesError(
+            f"Expected a machine without constraints for sensitivities= with contacts, but '{model.name}' has "
+            f"{', '.join(map(repr, model.constraints))}. {CURE_OF_MACHINES}"
+        )
+    if request.impacts != "simultaneous":
+        raise NoDerivativesError(
+            f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."
+        )
+    check_unswitched(request)
+
+
+def sensitive_touching_motion(request: Request) -> Trajectory:
+    """Return the motion of a machine with contacts, with its derivatives.
+
+    Raises
+    ------
+    SimulationError
+        A motion that cannot be continued, or that has no derivatives.
+    """
+    check_touching(request)
+    problem = problem_of(request)
+    kernels, model, numbers = problem.kernels, problem.model, problem.numbers
+    unknowns = unknowns_of(model, request.sensitivities, request.initial or {}, "sensitivities")
+    shifts = np.array(
+        [slopes_of(model, unknowns, numbers, moment) for moment in (request.start, request.until)]
+    )
+    if shifts[0].any():
+        raise SimulationError(
+            f"Expected a start at a fixed time for sensitivities= with contacts, got start={request.start!r}, which "
+            "depends on an unknown."
+        )
+    first = start_slopes(
+        kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
+    )
+    slopes = Slopes(kernels, unknowns, numbers)
+    with problem.progress() as between:
+        trajectory, history = touching_motion_of(problem, between)
+        if trajectory.path.status == End.INTERRUPTED:
+            return trajectory
+        followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
+    variation = Variation(kernels, unknowns)
+    for segment in followed.path.segments:
+        n = slopes.moved
+        path = segment.path
+        s = path.states[:, n + 2 :].reshape(len(path.times), len(unknowns), n)
+        refuse_jumps(variation, slopes.parameters, path.times, _widened(kernels, path.states[:, :n], s))
+    course = cast(Touching, trajectory.course)
+    trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))
+    return trajectory
+
+
+def _widened(kernels: Any, y: Array, s: Array) -> Array:
+    """Return states and their derivatives as the programs of a smooth motion have them, where work may follow u."""
+    if kernels.works:
+        y, s = np.pad(y, ((0, 0), (0, 1))), np.pad(s, ((0, 0), (0, 0), (0, 1)))
+    return np.hstack([y, s.reshape(len(y), -1)])
+
+
+@dataclass(frozen=True, eq=False)
+class TouchingDerivatives(Derivatives):
+    """What gives the derivatives of a motion with contacts."""
+
+    followed: Followed
+
+    def of(self, motion: ComputedMotion) -> TouchingSensitivity:
+        """Return the derivatives of a motion."""
+        return TouchingSensitivity(motion, self)
+
+
+class TouchingSensitivity(Sensitivity):
+    """Derivatives of a motion with contacts; :meth:`times` also takes the name of a contact."""
+
+    def __init__(self, trajectory: ComputedMotion, derivatives: TouchingDerivatives) -> None:
+        super().__init__(trajectory, derivatives)
+        self.numbers = cast(Any, TouchingNumbers(trajectory, derivatives))
+
+    def of_value(self, quantity: Expression) -> Array:
+        """Return the derivatives of an expression, or of an energy by name, at the output times."""
+        trajectory = self._trajectory
+        texts = trajectory.kernels.model.names.texts
+        text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
+        if text in trajectory.names:
+            return self._of_component(text)
+        return cast(TouchingNumbers, self.numbers).slopes(quantity, trajectory.t)
+
+    def _of_component(self, name: str) -> Array:
+        states, n = cast(TouchingNumbers, self.numbers).states, len(self._trajectory.names)
+        return np.asarray(states[:, n + 2 + self._trajectory.names.index(name) :: n])
+
+    def times(self, event: Any, unknown: Any = None) -> Array:
+        """Return the derivatives of the times of an event of the user, or of those at which the mode of a contact ends:
+        its gap closes, its force falls to zero, its slip begins or ends.
+        """
+        trajectory = self._trajectory
+        names = [spec.name for spec in trajectory.specs]
+        name = event.name if isinstance(event, EventSpec) else event
+        contacts = [contact.name for contact in trajectory.kernels.model.contacts]
+        if name in names or name not in contacts:
+            if name not in names:
+                raise SimulationError(
+                    f"Unknown event '{name}' in trajectory.sensitivity.times; {nearest(str(name), [*names, *contacts])}"
+                )
+            return super().times(event, unknown)
+        followed = cast(TouchingNumbers, self.numbers).followed
+        rows = [x.slopes for x in followed.happened if x.contact == name]
+        result = np.array(rows).reshape(len(rows), len(self.unknowns))
+        return result if unknown is None else result[:, self._place(unknown)]
+
+
+class TouchingNumbers:
+    """Derivatives of single numbers of a motion with contacts."""
+
+    def __init__(self, motion: ComputedMotion, derivatives: TouchingDerivatives) -> None:
+        self.motion, self.shifts, self.followed = motion, derivatives.shifts, derivatives.followed
+        self.of = self.followed.slopes
+
+    @cached_property
+    def states(self) -> Array:
+        """States with their derivatives at the output times."""
+        return self.followed.path.sample(self.motion.t)
+
+    def number(self, how: str, quantity: Expression, name: str) -> Array:
+        """Return the derivatives of a number of the whole run: of its first or last value.
+
+        Raises
+        ------
+        SimulationError
+            Another number.
+        """
+        if how not in ("initial", "final"):
+            raise SimulationError(
+                f"Expected the first or the last value of a quantity for a derivative of a motion with contacts, got "
+                f"'{name}': an extreme may lie at an impact. Ask for the quantity at times=."
+            )
+        path = self.motion.path
+        if how == "initial":
+            return self.slopes(quantity, np.array([path.start]))[0]
+        return self._total(quantity, path.end, self._last(path.end), self.end)
+
+    @cached_property
+    def end(self) -> Array:
+        """Derivatives of the time at which the run ends."""
+        path = self.motion.path
+        if path.status == End.FINISHED:
+            return cast(Array, self.shifts[1])
+        if path.status == End.TERMINAL:
+            return self.event(path.crossings[-1])
+        raise SimulationError(
+            f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "
+            f"'{path.status}' at t = {path.end:.6g} s. End it before."
+        )
+
+    def event(self, crossing: Crossing) -> Array:
+        """Return the derivatives of the time of an event of the user.
+
+        Raises
+        ------
+        SimulationError
+            The expression jumps over zero, or only touches it.
+        """
+        motion, spec = self.motion, self.motion.specs[crossing.number]
+        quantity = expressions_of(motion.kernels.model, (spec,))[0]
+        row, f, _ = self._before(crossing.time)
+        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+        (rate,) = self._observed(quantity, crossing.time, row[:n], f, 1.0, zero)
+        ways = [self._observed(quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+                for j, dp in enumerate(self.of.seeds)]  # fmt: skip
+        if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
+            raise SimulationError(
+                f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
+                f"{crossing.time:.6g} s it only touches zero, or jumps over it. Watch for another expression."
+            )
+        return -np.array(ways) / rate
+
+    def _total(self, quantity: Expression, t: float, last: tuple[Array, Array], shift: Array) -> Array:
+        row, f = last
+        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+        ways = [
+            self._observed(quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+            for j, dp in enumerate(self.of.seeds)
+        ]
+        (rate,) = self._observed(quantity, t, row[:n], f, 1.0, zero)
+        return np.array(ways) + rate * shift
+
+    def _last(self, t: float) -> tuple[Array, Array]:
+        segment = self.followed.path.segments[-1]
+        row = segment.path.states[-1]
+        return row, self.of.velocity(segment.kernels, t, row[: self.of.moved + 2])
+
+    def _before(self, t: float) -> tuple[Array, Array, Any]:
+        """Return the state with its derivatives, and the rates, at a time, before what may happen then."""
+        segments = self.followed.path.segments
+        k = next(i for i, segment in enumerate(segments) if segment.path.end >= t)
+        row = segments[k].path.sample(np.array([t]))[0]
+        return row, self.of.velocity(segments[k].kernels, t, row[: self.of.moved + 2]), segments[k]
+
+    # -- programs ----------------------------------------------------------------------------------
+
+    def slopes(self, quantity: Expression, times: Array) -> Array:
+        """Return the derivatives of a quantity at times, shape (times, unknowns)."""
+        states = self.states if times is self.motion.t else self.followed.path.sample(times)
+        n, result = self.of.moved, np.empty((len(times), len(self.of.unknowns)))
+        for j, dp in enumerate(self.of.seeds):
+            s = states[:, n + 2 + j * n :][:, :n]
+            given = np.hstack([states[:, :n], s, np.zeros((len(times), 1)), np.tile(dp, (len(times), 1))])
+            result[:, j] = self._values(quantity, times, given)[:, 0]
+        return result
+
+    def _observed(
+        self, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
+    ) -> Sequence[float]:
+        given = np.concatenate([y, s, [tau], dp])[None]
+        return cast(Sequence[float], self._values(quantity, np.array([t]), given)[0])
+
+    def _values(self, quantity: Expression, times: Array, given: Array) -> Array:
+        program = self._program(quantity)
+        return observe(program.address("slope"), 1, times, given, program.constants(self.of.parameters))
+
+    def _program(self, quantity: Expression) -> Program:
+        slopes, model = self.of, self.of.model
+
+        def value(state: State) -> Scalar:
+            if not isinstance(quantity, str | OfContact | OfReaction):
+                return state(quantity)
+            if quantity not in ENERGIES:
+                name = quantity
+                if not isinstance(quantity, str):
+                    owner = quantity.contact if isinstance(quantity, OfContact) else quantity.joint
+                    name = f"{owner}.{quantity.what}"
+                raise NoDerivativesError(
+                    "Expected a quantity of coordinates, speeds, time and parameters, or one of "
+                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{name}'."
+                )
+            parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
+            return sum(
+                (part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0
+            )
+
+        def functions(state: State, given: Sequence[Scalar]) -> Any:
+            return {"slope": along(state, [value(state)], slopes.symbols, given)}
+
+        key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
+        return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))

@@ -1,0 +1,207 @@
+"""Derivatives of the equations of phases along changes of the state, of time and of the unknowns, and their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import SimulationError
+from ...native import loop
+from ..kernels.kernels import Kernels
+from ..legs.variation import Unknown
+from ..ode.dense_output import Array, Rates, outputs_at
+from ..phase.candidate_slopes import candidate_slopes
+from ..phase.scene import Phase, Scene, scene_of
+from ..phase.slopes_record import PhaseSlopes, phase_slopes
+from ..phase.snapshot import Snapshot
+
+_MODULE = "motion.phase.phase_slopes"
+_FUNCTIONS = ("varied", "slopes", "corrected_state")
+CURE = (
+    "Ask for the derivatives of a motion that ends before, by unknowns that do not change this event, or take "
+    "differences of runs with values= that differ."
+)
+
+
+class NoDerivativesError(SimulationError):
+    """A motion without derivatives by the unknowns."""
+
+
+class Direction(NamedTuple):
+    """Derivatives at a state along a change (s, τ, dp): of (q', u'), the contact forces, and the contacts' outputs."""
+
+    rates: Array
+    forces: Array
+    touches: Array
+
+
+class Slopes:
+    """The derivatives of a run by its unknowns, in any of its phases.
+
+    ``seeds``    change of each parameter among the unknowns with each unknown, shape (unknowns, parameters)
+    """
+
+    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown], numbers: Mapping[str, float]) -> None:
+        self.kernels, self.model, self.unknowns, self.numbers = (
+            kernels,
+            kernels.model,
+            tuple(unknowns),
+            numbers,
+        )
+        self.scene: Scene = scene_of(kernels)
+        self.parameters = kernels.parameters(numbers)
+        self.symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
+        self.seeds = np.array([[float(x.symbol == p) for p in self.symbols] for x in self.unknowns])
+        self.seeds = self.seeds.reshape(len(self.unknowns), len(self.symbols))
+        self.moved = self.model.n_q + self.model.n_u
+        self.starts = [0, *accumulate(self.scene.candidates.pattern.sizes)]
+        self._constants: dict[int, tuple[PhaseSlopes, Array]] = {}
+
+    def __reduce__(self) -> Any:
+        return Slopes, (self.kernels, self.unknowns, self.numbers)
+
+    @property
+    def size(self) -> int:
+        """Number of components of (q, u, work, heat) and of all derivatives of (q, u)."""
+        return self.moved + 2 + len(self.unknowns) * self.moved
+
+    @cached_property
+    def looking(self) -> Array:
+        """Constants of the functions of all contacts."""
+        return self.scene.constants(self.parameters)
+
+    def look(self, t: float, y: Array) -> Snapshot:
+        """Return the contacts at a state."""
+        return self.scene.at(t, row(y), self.looking)
+
+    def _of(self, phase: Phase) -> tuple[PhaseSlopes, Array]:
+        key = id(phase)
+        if key not in self._constants:
+            self._constants[key] = self._made(phase, np.zeros(len(self.unknowns)))
+        return self._constants[key]
+
+    def _made(self, phase: Phase, shifts: Array) -> tuple[PhaseSlopes, Array]:
+        constants = phase.motion().constants(self.parameters)
+        made = phase_slopes(self.scene, constants, self.parameters, self.symbols, self.seeds, shifts)
+        return made, constants
+
+    def rates(self, phase: Phase, shifts: Array) -> Rates:
+        """Return the right-hand side of (q, u, work, heat) and of the derivatives of y(t + θ p, p) in a phase."""
+        it, constants = self._made(phase, shifts)
+        keep = constants, it, self
+        projection = slopes_code("corrected_state").address if phase.active else 0
+        return Rates(
+            slopes_code("varied").address, self.size, it.memory, self.model.quaternions, keep,
+            projection=projection, projected=self.moved if projection else 0, recipe=(self.rates, phase, shifts),
+        )  # fmt: skip
+
+    def velocity(self, phase: Phase, t: float, y: Array) -> Array:
+        """Return (q', u') in a phase."""
+        program, constants = phase.motion(), self._of(phase)[1]
+        return outputs_at(program.address("rates"), program.outputs("rates"), t, row(y), constants)[
+            : self.moved
+        ]
+
+    def forces(self, phase: Phase, t: float, y: Array) -> Array:
+        """Return the contact forces in a phase."""
+        return self._contact("force", phase, t, y)
+
+    def accelerations(self, phase: Phase, t: float, y: Array) -> Array:
+        """Return the derivatives of the rates of all contacts in a phase."""
+        return self._contact("acceleration", phase, t, y)
+
+    def _contact(self, name: str, phase: Phase, t: float, y: Array) -> Array:
+        program = phase.contact()
+        constants = program.constants(self.parameters)
+        return outputs_at(program.address(name), program.outputs(name), t, row(y), constants)
+
+    def along(
+        self, phase: Phase, t: float, y: Array, s: Array, tau: float = 0.0, dp: Any = None
+    ) -> Direction:
+        """Return the derivatives along a direction in a phase."""
+        it, _ = self._of(phase)
+        change = np.zeros(len(self.symbols)) if dp is None else dp
+        given = np.concatenate([y[: self.moved], [0.0, 0.0], s, [tau], change])
+        n, rows = self.moved, self.scene.rows
+        found = outputs_at(slopes_code("slopes").address, n + rows + self.starts[-1], t, given, it.memory)
+        return Direction(found[:n], found[n : n + rows], found[n + rows :])
+
+    # -- at a state, without a phase ---------------------------------------------------------------
+
+    def of_contact(self, k: int, t: float, y: Array, s: Array, tau: float, dp: Array) -> Array:
+        """Return the derivatives of the outputs of a contact's kernel along a direction."""
+        return self._output(f"contact {k}", t, y, np.zeros(self.model.n_u), s, tau, dp)
+
+    def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
+        """Return the derivative of M w along a direction."""
+        return self._output("machine", t, y, w, s, tau, dp)[-self.model.n_u :]
+
+    def mass(self, t: float, y: Array) -> Array:
+        """Return M."""
+        n = self.model.n_u
+        zero = np.zeros(self.moved)
+        return self._output("mass", t, y, zero[:n], zero, 0.0, np.zeros(len(self.symbols))).reshape(n, n)
+
+    def _output(self, name: str, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
+        program = candidate_slopes(self.scene.candidates, self.symbols)
+        given = np.concatenate([y[: self.moved], w, s, [tau], dp])
+        constants = program.constants(self.parameters)
+        return outputs_at(program.address(name), program.outputs(name), t, given, constants)
+
+    # -- outputs of contacts -----------------------------------------------------------------------
+
+    def outputs(self, k: int, t: float, y: Array) -> Array:
+        """Return the outputs of a contact's kernel."""
+        program, name = self.scene.candidates.program(), f"contact {k}"
+        constants = program.constants(self.parameters)
+        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)
+
+    def own(self, touches: Array, k: int) -> Array:
+        """Return the outputs of a contact among those of all."""
+        return touches[self.starts[k] : self.starts[k + 1]]
+
+    def rates_of(self, own: Array, k: int) -> Array:
+        """Return the rates among the outputs of a contact."""
+        at = self.scene.candidates.pattern.contacts[k].rates
+        return own[at : at + 1 + self.scene.tangents[k]]
+
+    def laws_of(self, own: Array, k: int) -> Array:
+        """Return μ, μ_s, e, and μ at rest among the outputs of a contact."""
+        at = self.scene.candidates.pattern.contacts[k].laws
+        return own[at : at + 4]
+
+    def row_entries(self, own: Array, r: int) -> Array:
+        """Return row r of W among the outputs of its contact, in the order of the speeds."""
+        pattern, result = self.scene.candidates.pattern, np.zeros(self.model.n_u)
+        first, count, place = pattern.rows[r]
+        for i in range(count):
+            result[pattern.order[pattern.columns[first + i]]] = own[place + i]
+        return result
+
+
+def slopes_code(name: str) -> loop.Function:
+    """Return a compiled function of `phase_slopes`."""
+
+    def named() -> dict[str, Any]:
+        from ..phase import phase_slopes
+
+        return vars(phase_slopes)
+
+    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, short=True).functions[name]
+
+
+def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
+    """Return the error for a motion without derivatives after a time."""
+    return NoDerivativesError(
+        f"The motion of '{slopes.model.name}' has no derivatives by the unknowns of sensitivities= after t = {t:.9g} "
+        f"s: {what}. {CURE}"
+    )
+
+
+def row(y: Array) -> Array:
+    """Return numbers as a contiguous row."""
+    return np.ascontiguousarray(y, dtype=float)

@@ -1,0 +1,178 @@
+"""Paths of a phase with its derivatives, in pieces that follow a slip in space to its begin and end.
+
+Near |v_T| = 0 the direction of slip turns with rates of 1/|v_T|, and what a derivative has along v_T spoils, by
+round-off, what it has across. Such a derivative is mostly a shift of time. So that of y(t + θ p, p) is integrated,
+
+    r = s + θ y',    r' = (∂f/∂y) r + θ ∂f/∂t + ∂f/∂p,
+
+with a θ for which r has nothing along v_T at the start of the piece, and read as s = r - θ y'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..ending import FAILED, End
+from ..ode.dense_output import Array, Path, Rates, observe
+from ..ode.integration import Integration
+from ..phase.scene import Phase
+from ..trajectory.phases import Segment
+from .course import Leap
+from .slopes import Slopes, refused
+
+SLOW = 1e-3
+"""Part of the greatest slip speed of a phase below which it begins or ends slowly."""
+DECADES = 9
+"""Greatest number of pieces, each a tenth as long as the one before."""
+
+
+@dataclass(eq=False)
+class VariationalPath:
+    """A piece of a phase with its derivatives: ``path`` has r, with the ``shifts`` θ; it is read as s."""
+
+    path: Path
+    shifts: Array
+    slopes: Slopes
+    phase: Phase
+
+    @property
+    def rates(self) -> Rates:
+        """Right-hand side of the piece."""
+        return self.path.rates
+
+    @property
+    def start(self) -> float:
+        """Time of the first state [s]."""
+        return self.path.start
+
+    @property
+    def end(self) -> float:
+        """Time of the last state [s]."""
+        return self.path.end
+
+    @property
+    def times(self) -> Array:
+        """Starts of the steps and the end [s]."""
+        return self.path.times
+
+    @property
+    def states(self) -> Array:
+        """States with their derivatives at :attr:`times`."""
+        return self._read(self.path.times, self.path.states)
+
+    @property
+    def last(self) -> Array:
+        """The r_j at the end, shape (unknowns, components of (q, u)).
+
+        There s_j = r_j - θ_j y' has the round-off of the direction of slip in y'.
+        """
+        return self.path.states[-1, self.slopes.moved + 2 :].reshape(len(self.shifts), -1)
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        """Return the states with their derivatives at times."""
+        return self._read(np.atleast_1d(np.asarray(times, dtype=float)), self.path.sample(times, dense))
+
+    def _read(self, times: Array, states: Array) -> Array:
+        if not self.shifts.any():
+            return states
+        program, n = self.phase.motion(), self.slopes.moved
+        constants = program.constants(self.slopes.parameters)
+        own = states[:, : n + 2]
+        f = observe(program.address("rates"), program.outputs("rates"), times, own, constants)[:, :n]
+        return np.hstack(
+            [own, states[:, n + 2 :] - np.einsum("j,ti->tji", self.shifts, f).reshape(len(times), -1)]
+        )
+
+
+def pieces(
+    slopes: Slopes, segment: Segment, S: Array, way: Callable[[Rates], Integration], between: Any
+) -> list[VariationalPath]:
+    """Return the pieces of a phase with its derivatives, from those at its start, shape (unknowns, (q, u)).
+
+    Raises
+    ------
+    NoDerivativesError
+        The variational equations cannot be continued.
+    """
+    phase, own, result = segment.kernels, segment.path, list[VariationalPath]()
+    if not own.end > own.start:
+        return [straight_path(slopes, segment, S)]
+    times, contacts = _splits(slopes, phase, own)
+    states = own.sample(times[1:-1]) if len(times) > 2 else np.empty((0, slopes.moved + 2))
+    r, shifts = S, np.zeros(len(S))
+    for begin, end, y in zip(times[:-1], times[1:], [own.states[0], *states], strict=True):
+        later = _shifts(slopes, phase, begin, y, (r, shifts), contacts)
+        f = slopes.velocity(phase, begin, y)
+        start = np.concatenate([y, (r + np.outer(later - shifts, f)).ravel()])
+        shifts = later
+        integration = way(slopes.rates(phase, shifts))
+        path = integration.path(start, begin, end, integration.relative, between)
+        if path.status == End.INTERRUPTED:
+            raise KeyboardInterrupt
+        if path.status in FAILED:
+            raise refused(slopes, path.end, f"the variational equations end there: {path.status}")
+        result.append(VariationalPath(path, shifts, slopes, phase))
+        r = result[-1].last
+    return result
+
+
+def straight_path(slopes: Slopes, segment: Segment, S: Array) -> VariationalPath:
+    """Return a straight step, or a phase without length, with constant derivatives."""
+    shifts, own = np.zeros(len(S)), segment.path
+    states = np.hstack([own.states, np.tile(S.ravel(), (len(own.states), 1))])
+    rates = slopes.rates(segment.kernels, shifts)
+    path = Leap(rates, own.times, np.diff(own.times), states, (), End.FINISHED, -1, 0, 0)
+    return VariationalPath(path, shifts, slopes, segment.kernels)
+
+
+def slipping(slopes: Slopes, phase: Phase) -> list[int]:
+    """Return the contacts that slip in space, with friction."""
+    return [k for k, mode in enumerate(phase.modes) if mode == "slip" and slopes.scene.tangents[k] == 2]
+
+
+def _splits(slopes: Slopes, phase: Phase, own: Path) -> tuple[list[float], list[int]]:
+    """Return the ends of the pieces of a phase, and the contacts whose slip begins or ends slowly."""
+    slow: set[int] = set()
+    program, result = phase.contact(), {own.start, own.end}
+    constants = program.constants(slopes.parameters)
+    for k in slipping(slopes, phase):
+        at = slopes.scene.first[k]
+        rates = observe(program.address("rate"), program.outputs("rate"), own.times, own.states, constants)
+        speeds = np.linalg.norm(rates[:, at + 1 : at + 3], axis=1)
+        least, length = SLOW * speeds.max(), own.end - own.start
+        parts = [length / 10**i for i in range(1, DECADES)]
+        if speeds[0] < least:
+            result |= {own.start + x for x in parts}
+            slow.add(k)
+        if speeds[-1] < least:
+            result |= {own.end - x for x in parts}
+            slow.add(k)
+    return sorted(result), sorted(slow)
+
+
+def _shifts(
+    slopes: Slopes, phase: Phase, t: float, y: Array, given: tuple[Array, Array], contacts: list[int]
+) -> Array:
+    """Return θ of each unknown, for the slowest of some contacts; ``given`` are the r_j and θ_j up to here."""
+    r, shifts = given
+    if not contacts:
+        return np.zeros_like(shifts)
+    rate = slopes.look(t, y).rate
+
+    def slip(k: int) -> Array:
+        return rate[slopes.scene.first[k] + 1 : slopes.scene.first[k] + 3]
+
+    k = min(contacts, key=lambda k: float(np.linalg.norm(slip(k))))
+    onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
+    growth = float(slip(k) @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
+    if growth == 0:
+        return np.zeros_like(shifts)
+    result = shifts.copy()
+    for j, dp in enumerate(slopes.seeds):
+        way = slopes.along(phase, t, y, r[j], shifts[j], dp)
+        result[j] -= float(slip(k) @ slopes.rates_of(slopes.own(way.touches, k), k)[1:]) / growth
+    return result

@@ -1,0 +1,53 @@
+"""Derivatives of the kernels of a machine and of its contacts along a direction, whatever the modes.
+
+    machine    of q', of h - Q of M u' + h - Q = 0, and of M w at fixed w
+    mass       M
+    group k    of each output of the contact's kernel (`candidates`), at the same place
+
+The direction is (s, τ, dp): changes of q and u, of time, and of parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+from ...dynamics import State, coordinate_rates
+from ...dynamics.composite import mass_matrix
+from ...dynamics.linear import applied
+from ...dynamics.newton_euler import bias
+from ...scalar.algebra import Scalar
+from ...scalar.derivative import forward
+from ...scalar.trace import Tape
+from ..kernels.kernels import Program
+from .candidates import Candidates
+
+
+def along(state: State, outputs: Sequence[Scalar], symbols: Sequence[Any], given: Sequence[Scalar]) -> Any:
+    """Return the derivatives of outputs along (s, τ, dp); dp are changes of the parameters ``symbols``."""
+    wrt: list[Any] = [*state.q, *state.u, state.t, *(state.values[x] for x in symbols)]
+    return forward(cast(Tape, state.field), outputs, wrt, given)
+
+
+def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
+    """Functions ``machine``, ``mass``, and ``contact 0``, ``contact 1``, ..., of the state and (w, s, τ, dp)."""
+    model = candidates.model
+    n, moved = model.n_u, model.n_q + model.n_u
+
+    def functions(state: State, given: Sequence[Scalar]) -> Mapping[str, Sequence[Any]]:
+        w, direction = given[:n], given[n:]
+        M = mass_matrix(model, state)
+        machine = [*coordinate_rates(model, state), *bias(model, state), *applied(M, w)]
+        of_contacts = {
+            name: along(state, outputs, symbols, direction)
+            for name, outputs in candidates.functions(state).items()
+            if name.startswith("contact ")
+        }
+        return {
+            "machine": along(state, machine, symbols, direction),
+            "mass": [x for row in M for x in row],
+            **of_contacts,
+        }
+
+    key = ("slopes of candidates", tuple(map(str, symbols)))
+    return candidates.kernels.program(key, functions, n + moved + 1 + len(symbols))

@@ -1,0 +1,177 @@
+"""Derivatives of a phase of contacts along a direction, in compiled code: those of its rates and of its forces.
+
+With u' and λ at the state, and d(...) the derivative along the direction (s, τ, dp) at fixed u' and λ,
+
+    M du' = -d(M u' + h - Q) + Σ λ dW + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
+
+These are the equations of the phase (`closed_contacts`) with other right-hand sides: one solution of them more for each
+direction, with the same factors. Dependent conditions follow from the independent ones as long as the direction keeps
+to all of them.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, call, compiled, root
+from . import laws
+from .closed_contacts import force_row, friction_along, independent, solve
+from .contact_outputs import force_of, forwarded, friction, moved, open_touched, product, rates_of, row_taken
+from .phase_kernels import rates
+from .phase_record import PhaseData
+from .projection import projection
+from .slopes_record import PhaseSlopes
+
+
+@compiled
+def direct(it: PhaseSlopes, y: Reals, w: Reals, s: Reals) -> None:
+    """Write the state, w, and the direction of q and u."""
+    for i in range(it.n_q + it.n):
+        it.given[i], it.s[i] = y[i], s[i]
+    for i in range(it.n):
+        it.w[i] = w[i]
+
+
+@compiled
+def turned(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, j: int) -> float:
+    """Return the derivative of the friction of a slip along tangent j, per unit of normal force."""
+    change, mu = it.touch[phase.laws_at[k]], friction(phase, k)
+    if slip == laws.PLUS:
+        return -change
+    if slip == laws.MINUS:
+        return change
+    v, dv = rates_of(phase, k), it.touch[phase.rates_at[k] :]
+    speed = root(v[1] * v[1] + v[2] * v[2])
+    along = (v[1] * dv[1] + v[2] * dv[2]) / speed
+    return -change * v[1 + j] / speed - mu * (dv[1 + j] - v[1 + j] / speed * along) / speed
+
+
+@compiled
+def load_along(it: PhaseSlopes, phase: PhaseData, z: Reals, r: int, force: float) -> None:
+    """Add a force along the derivative of a row of the contacts to z."""
+    columns, W = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :]
+    for p in range(phase.entries[r]):
+        z[columns[p]] += force * W[p]
+
+
+@compiled
+def bias_along(it: PhaseSlopes, phase: PhaseData, k: int, j: int) -> float:
+    """Return the derivative of W u' + b of a row, with u' fixed."""
+    r = phase.first[k] + j
+    columns, W = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :]
+    total = it.touch[phase.biases_at[k] + j]
+    for p in range(phase.entries[r]):
+        total += W[p] * phase.udot[phase.order[columns[p]]]
+    return total
+
+
+@compiled
+def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
+    """Add N W_T d(-μ d) of all contacts that slip to z."""
+    spare = phase.spare
+    for i in range(phase.conditions):
+        if phase.slip[i] != laws.NO_SLIP:
+            k = phase.source[i]
+            N = force_of(phase, k)[0]
+            for j in range(phase.tangents[k]):
+                row_taken(phase, phase.first[k] + 1 + j, spare)
+                change = N * turned(it, phase, k, phase.slip[i], j)
+                for p in range(it.n):
+                    it.z[p] += change * spare[p]
+
+
+@compiled
+def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
+    """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved."""
+    n, z = it.n, it.z
+    it.machine(t, it.given, it.machine_c, it.q_dot)
+    for p in range(n):
+        i = phase.order[p]
+        z[p] = -(it.bias[i] + it.inertia[i])
+    for i in range(phase.closed_count):
+        k = phase.closed[i]
+        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        F = force_of(phase, k)
+        for j in range(1 + phase.tangents[k]):
+            load_along(it, phase, z, phase.first[k] + j, F[j])
+    turn_friction(it, phase)
+    forwarded(phase, z)
+    for i in range(phase.conditions):
+        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
+        phase.right[i] = -(change + product(phase.G[i], z, n))
+    if phase.active > 0:
+        independent(phase, phase.independent, phase.active, phase.slipping)
+    for i in range(phase.conditions):
+        K = force_row(phase, i)
+        for p in range(n):
+            z[p] += phase.lam[i] * K[p]
+    for r in range(it.rows):
+        it.force[r] = 0.0
+    for i in range(phase.conditions):
+        k, x = phase.source[i], phase.lam[i]
+        it.force[phase.first[k] + phase.row_of[i]] = x
+        if phase.slip[i] != laws.NO_SLIP:
+            N = force_of(phase, k)[0]
+            for j in range(phase.tangents[k]):
+                it.force[phase.first[k] + 1 + j] = x * friction_along(
+                    phase, k, phase.slip[i], j
+                ) + N * turned(it, phase, k, phase.slip[i], j)
+    moved(phase, z, it.udot)
+
+
+@compiled
+def varied(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the rates of (q, u, work, heat), then of the derivatives of (q, u) by each unknown.
+
+    With a shift θ they are those of y(t + θ p, p), which are s + θ y'.
+    """
+    it = PhaseSlopes(c)
+    phase, n_q, n = PhaseData(it.phase), it.n_q, it.n
+    rates(t, y, it.phase, out)
+    at = n_q + n + 2
+    for j in range(it.unknowns):
+        direct(it, y, phase.udot, y[at:])
+        it.rest[0] = it.shifts[j]
+        for m in range(it.symbols):
+            it.rest[1 + m] = it.seeds[j, m]
+        slope(t, it, phase)
+        for i in range(n_q):
+            out[at + i] = it.q_dot[i]
+        for i in range(n):
+            out[at + n_q + i] = it.udot[i]
+        at += n_q + n
+
+
+@compiled
+def corrected_state(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to (q, u) moved onto the conditions of the phase."""
+    projection(t, y, PhaseSlopes(c).phase, out)
+
+
+@compiled
+def slopes(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the derivatives of q', u', the contact forces, and the outputs of all contacts along a direction.
+
+    y holds q, u, work, heat, then the direction s, τ, dp.
+    """
+    it = PhaseSlopes(c)
+    phase, n_q, n = PhaseData(it.phase), it.n_q, it.n
+    solve(t, y, phase)
+    open_touched(t, y, phase)
+    at = n_q + n + 2
+    direct(it, y, phase.udot, y[at:])
+    for m in range(1 + it.symbols):
+        it.rest[m] = y[at + n_q + n + m]
+    slope(t, it, phase)
+    for i in range(phase.open_count):
+        k = phase.open[i]
+        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+    for i in range(n_q):
+        out[i] = it.q_dot[i]
+    for i in range(n):
+        out[n_q + i] = it.udot[i]
+    for r in range(it.rows):
+        out[n_q + n + r] = it.force[r]
+    at = n_q + n + it.rows
+    for i in range(it.touches):
+        out[at + i] = it.touch[i]

@@ -1,0 +1,77 @@
+"""Memory of the derivatives of a phase of contacts (`phase_slopes`). It needs no compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from ...native.records import Count, Kernel, Record, Row, Rows, Wholes, record
+from ..ode.dense_output import Array
+from .candidate_slopes import candidate_slopes
+
+
+@record
+class PhaseSlopes(Record):
+    """The constants c of the kernels of a phase with its derivatives by unknowns.
+
+    ``phase``                   `PhaseData`
+    ``unknowns``, ``symbols``   numbers of unknowns, and of parameters among them
+    ``touches``                 number of outputs of all contacts
+    ``seeds``                   change of each of these parameters with each unknown
+    ``shifts``                  τ of each unknown: the s_j are derivatives along times that move with it
+    ``machine``, ``touching``   kernels of `candidate_slopes`, with the constants ``machine_c``
+    ``given``                   their inputs: (q, u), ``w``, the direction ``s``, then ``rest``: τ and dp
+    ``q_dot``, ``bias``, ``inertia``    outputs of ``machine``, one after another
+    ``touch``                   outputs of the contacts, at the places of those of their own kernels
+    ``udot``, ``force``         derivatives of the accelerations and of the contact forces
+    ``z``                       numbers for each speed
+    """
+
+    n_q: Count
+    n: Count
+    rows: Count
+    unknowns: Count
+    symbols: Count
+    contacts: Count
+    touches: Count
+    phase: Row
+    machine: Kernel
+    machine_c: Annotated[Row, "of_machine"]
+    touching: Annotated[Wholes, "contacts"]
+    seeds: Annotated[Rows, "unknowns", "most_symbols"]
+    shifts: Annotated[Row, "unknowns"]
+    given: Annotated[Row, "inputs"]
+    w: Row
+    s: Row
+    rest: Row
+    q_dot: Annotated[Row, "machine_outputs"]
+    bias: Row
+    inertia: Row
+    touch: Annotated[Row, "contact_outputs"]
+    udot: Annotated[Row, "n"]
+    force: Annotated[Row, "rows"]
+    z: Annotated[Row, "n"]
+
+
+def phase_slopes(
+    scene: Any, phase: Array, parameters: Array, symbols: Sequence[Any], seeds: Array, shifts: Array
+) -> PhaseSlopes:
+    """Return the constants of a phase with derivatives; ``phase`` are those of the phase alone."""
+    model, pattern = scene.model, scene.candidates.pattern
+    program, n, n_q, m = candidate_slopes(scene.candidates, symbols), model.n_u, model.n_q, len(symbols)
+    constants = program.constants(parameters)
+    it = PhaseSlopes.made(
+        n_q=n_q, n=n, rows=scene.rows, unknowns=len(seeds), symbols=m, contacts=len(scene.first),
+        most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
+        machine_outputs=n_q + 2 * n, contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
+    )  # fmt: skip
+    it.machine_c[: constants.size] = constants
+    it.machine, it.phase = program.address("machine"), phase
+    it.touching[:] = [program.address(f"contact {k}") for k in range(len(scene.first))]
+    for j, row in enumerate(seeds):
+        it.seeds[j, :m] = row
+    it.shifts[:] = shifts
+    for name, at in (("w", n_q + n), ("s", n_q + 2 * n), ("rest", 2 * n_q + 3 * n)):
+        setattr(it, name, it.given[at:])
+    it.bias, it.inertia = it.q_dot[n_q:], it.q_dot[n_q + n :]
+    return it

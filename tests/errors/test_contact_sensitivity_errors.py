@@ -1,0 +1,107 @@
+"""Messages of derivatives of motions with contacts: what has none, from when on, why, and the cure."""
+
+import pytest
+
+import freebody as fb
+from contact_machines import pulled_disk
+from freebody.errors import SimulationError
+
+G = 9.81
+
+
+def boxes(count=1, height=0.5, **laws):
+    """Particles above a floor, each on a vertical rail."""
+    s = fb.System("boxes")
+    e, g = s.parameters(e=0.5, g=G)
+    s.gravity = (0, -g, 0)
+    for k in range(count):
+        body = s.body(f"b{k}", fb.particle(1))
+        s.slider(f"rail{k}", s.ground, body, axis="y", coordinate=f"y{k}")
+        s.contact(f"c{k}", body.origin, s.ground.plane(normal="y"), **{"restitution": e, **laws})
+    return s, {f"y{k}": height for k in range(count)}
+
+
+def refused(s, first, unknowns, message, until=1, **options):
+    with pytest.raises(SimulationError, match=message):
+        fb.simulate(s, until, initial=first, sensitivities=unknowns, **options)
+
+
+def test_machines_without_derivatives():
+    s, start = boxes()
+    refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
+    refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
+    s, start = boxes(adhesion=1.0, restitution=0)
+    refused(s, start, ["g"], "contact 'c0' has adhesion. Take differences of runs")
+    s, start = boxes(normal="1e4*depth", restitution=0)
+    refused(s, start, ["g"], "contact 'c0' has a compliant law. Take differences")
+    s, start = boxes()
+    s.constrain("y0 - y0**2/4 - 0.4375", name="held")
+    refused(s, start, ["g"], "without constraints for sensitivities= with contacts, but 'boxes' has 'held'")
+    s, start = boxes()
+    message = "a start at a fixed time for sensitivities= with contacts, got start='g'"
+    refused(s, start, ["g"], message, until=20, start="g")
+
+
+def test_events_that_have_no_derivative():
+    s, start = boxes(2)
+    message = (
+        r"The motion of 'boxes' has no derivatives by the unknowns of sensitivities= after t = 0.3192\d* s: events of "
+        "contacts 'c0' and 'c1' come at the same time, but move apart if 'y0' changes. Ask for the derivatives of a "
+        "motion that ends before"
+    )
+    refused(s, start, ["y0"], message)
+    both = fb.simulate(s, 0.6, initial=start, sensitivities=["g"], samples=2)  # they go on together
+    assert both.sensitivity["y0", "g"][-1] == pytest.approx(both.sensitivity["y1", "g"][-1], rel=1e-9)
+    s, start = boxes(height=0.0)
+    refused(s, start, ["y0"], r"after t = 0 s: contact 'c0' \(slip\) would close or open if 'y0' changed")
+    s, start = boxes(height=0.0)
+    refused(s, start | {"y0'": -1.0}, ["y0"], "contact 'c0' begins closed, and would not if 'y0' changed")
+
+
+def test_a_contact_that_only_touches():
+    """A stone thrown up under a ceiling reaches it with hardly any speed."""
+    s = fb.System("stone")
+    g = s.parameters(g=G)
+    s.gravity = (0, -g, 0)
+    stone = s.body("stone", fb.particle(1))
+    s.slider("rail", s.ground, stone, axis="y", coordinate="y")
+    s.contact("ceiling", stone.origin, s.ground.plane(at=(0, 1, 0), normal=(0, -1, 0)))
+    refused(
+        s, {"y'": (2 * G + 1e-6) ** 0.5}, ["y'"], "contact 'ceiling' only touches there, with the rate -0.001"
+    )
+
+
+def test_ties():
+    """At the angle of friction a block neither sticks nor slips."""
+    s = fb.System("block")
+    F, mu = s.parameters(F=0.3 * G, mu=0.3)
+    s.gravity = (0, -G, 0)
+    block = s.body("block", fb.particle(1))
+    rail = s.body("rail", fb.particle(1))
+    s.slider("along", s.ground, rail, axis="x", coordinate="x")
+    s.slider("up", rail, block, axis="y", coordinate="y")
+    s.force("F", block.origin, (F, 0, 0))
+    s.contact("foot", block.origin, s.ground.plane(), friction=mu)
+    refused(s, {}, ["mu"], "contact 'foot' sticks exactly at its limit of friction")
+
+
+def test_quantities_without_derivatives():
+    s = pulled_disk()
+    motion = fb.simulate(s, 0.2, initial={"x'": 3.0}, sensitivities=["mu"], samples=3)
+    with pytest.raises(
+        SimulationError, match="the first or the last value .* got 'max\\(x\\)': an extreme may lie at"
+    ):
+        motion.sensitivity["max(x)", "mu"]
+    for quantity in ("work", "floor.gap", "plane.force"):
+        with pytest.raises(
+            SimulationError, match=f"one of kinetic_energy, .* with contacts, got '{quantity}'"
+        ):
+            motion.sensitivity[quantity, "mu"]
+    with pytest.raises(SimulationError, match="Unknown event 'flor' .* did you mean 'floor'"):
+        motion.sensitivity.times("flor")
+
+
+def test_a_motion_with_derivatives_is_not_saved(tmp_path):
+    motion = fb.simulate(pulled_disk(), 0.2, sensitivities=["mu"], samples=3)
+    with pytest.raises(SimulationError, match="without sensitivities= for a file, got one with derivatives"):
+        motion.save(tmp_path / "motion.nc")

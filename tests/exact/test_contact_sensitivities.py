@@ -1,0 +1,123 @@
+"""Derivatives of motions with contacts against closed forms: bounces, slips that stop, a ball that comes to roll, a
+block on a table that vibrates."""
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+G = 9.81
+
+
+def ball(law="newton"):
+    s = fb.System("ball")
+    g, e, h = s.parameters(g=G, e=0.8, h=1.0)
+    s.gravity = (0, -g, 0)
+    body = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, body, axis="y", coordinate="y")
+    s.contact("floor", body.origin, s.ground.plane(normal="y"), restitution=e, impact=law)
+    return s
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_heights_and_times_of_a_bouncing_ball(law):
+    """t_k = √(2h/g) (1 + 2 e + ... + 2 e^(k-1)); between impacts y = e^k v (t - t_k) - g (t - t_k)²/2."""
+    h, e = 1.0, 0.8
+    v, fall = np.sqrt(2 * G * h), np.sqrt(2 * h / G)
+    motion = fb.simulate(
+        ball(law), 2, initial={"y": "h"}, sensitivities=["h", "e", "g"], times=[0.3, 1.0, 1.6, 1.9], tolerance=1e-12
+    )  # fmt: skip
+    powers = [1 + 2 * sum(e**i for i in range(1, k)) for k in (1, 2, 3)]
+    slopes = [2 * sum(i * e ** (i - 1) for i in range(1, k)) for k in (1, 2, 3)]
+    times = motion.sensitivity.times("floor")
+    assert times[:, 0] == pytest.approx([fall / (2 * h) * x for x in powers], rel=1e-9)
+    assert times[:, 1] == pytest.approx([fall * x for x in slopes], rel=1e-9, abs=1e-12)
+    assert times[:, 2] == pytest.approx([-fall / (2 * G) * x for x in powers], rel=1e-9)
+    for row, t in enumerate(motion.t):
+        k = sum(t > fall * x for x in powers)
+        if k == 0:
+            expected = [1, 0, -(t**2) / 2]
+        else:
+            since, rate = t - fall * powers[k - 1], e**k * v - G * (t - fall * powers[k - 1])
+            by_h, by_e, by_g = times[k - 1]
+            expected = [
+                e**k * v / (2 * h) * since - rate * by_h,
+                k * e ** (k - 1) * v * since - rate * by_e,
+                e**k * v / (2 * G) * since - since**2 / 2 - rate * by_g,
+            ]
+        found = [motion.sensitivity["y", x][row] for x in ("h", "e", "g")]
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-11)
+
+
+def test_the_rest_after_all_bounces():
+    """x' = v e^∞ = 0: after √(2h/g) (1 + e)/(1 - e) the height depends on nothing."""
+    motion = fb.simulate(
+        ball(), 3, initial={"y": "h"}, values={"e": 0.5}, sensitivities=["h", "e"], times=[2.9]
+    )
+    assert abs(motion.sensitivity["y", "h"]) < 1e-12 and abs(motion.sensitivity["y'", "e"]) < 1e-12
+
+
+def test_stopping_distance_of_a_block():
+    """x = v²/(2 μ g) after t = v/(μ g)."""
+    s = fb.System("block")
+    m, mu, g = s.parameters(m=2, mu=0.3, g=G)
+    s.gravity = (0, -g, 0)
+    body = s.body("block", fb.box(m, (0.4, 0.2, 0.2)))
+    s.planar("plane", s.ground, body, coordinate="x y phi")
+    s.contact("feet", body.corners((-0.2, -0.1, 0), (0.2, -0.1, 0)), s.ground.plane(), friction=mu)
+    v = 2.0
+    motion = fb.simulate(
+        s, 1, initial={"x'": v, "y": 0.1}, sensitivities=["mu", "g", "m", "x'"], tolerance=1e-12, samples=3
+    )
+    expected = {"mu": -(v**2) / (2 * 0.09 * G), "g": -(v**2) / (0.6 * G**2), "m": 0, "x'": v / (0.3 * G)}
+    for name, value in expected.items():
+        assert motion.sensitivity["x", name][-1] == pytest.approx(value, abs=1e-9)
+        assert motion.sensitivity["x'", name][-1] == pytest.approx(0, abs=1e-11)
+    t = v / (0.3 * G)
+    assert motion.sensitivity.times("feet_1", "mu") == pytest.approx([-t / 0.3], rel=1e-9)
+    assert motion.sensitivity["final(m*x)", "m"] == pytest.approx(v**2 / (0.6 * G), rel=1e-9)
+
+
+def test_a_ball_slides_and_comes_to_roll_in_space():
+    """It rolls from t = 2 v/(7 μ g) on, at x = 5/7 v t + 2/49 v²/(μ g)."""
+    s = fb.System("ball")
+    mu, g, R = s.parameters(mu=0.3, g=G, R=0.1)
+    s.gravity = (0, 0, -g)
+    body = s.body("ball", fb.sphere(1, R))
+    s.free("f", s.ground, body)
+    s.contact("floor", body.sphere(R), s.ground.plane(normal="z"), friction=mu)
+    start, v = {"f_vx": 3.0, "f_vy": 1.0, "f_z": "R"}, np.sqrt(10)
+    motion = fb.simulate(s, 1, initial=start, sensitivities=["mu", "g", "R"], tolerance=1e-12, samples=2)
+    shift = 2 / 49 * v**2 / (0.3 * G)
+    for coordinate, part in (("f_x", 3 / v), ("f_y", 1 / v)):
+        by = {"mu": -shift / 0.3 * part, "g": -shift / G * part, "R": 0}
+        for name, value in by.items():
+            allowed = (
+                1e-7 if name == "R" else 1e-10
+            )  # ∂ω/∂R is 214, and the straight step at the end is off by 1e-10
+            assert motion.sensitivity[coordinate, name][-1] == pytest.approx(value, abs=allowed)
+    # the slip ends, with a straight step, below 1e-8 m/s
+    assert motion.sensitivity.times("floor", "mu") == pytest.approx([-2 * v / (7 * 0.09 * G)], rel=1e-8)
+
+
+def test_a_block_leaves_a_vibrating_table_at_its_own_weight():
+    """y = A sin ω t: N = 0 at sin ω t = g/(A ω²)."""
+    s = fb.System("table")
+    A, w, g = s.parameters(A=0.02, w=30.0, g=G)
+    s.gravity = (0, -g, 0)
+    table = s.body("table", fb.particle(1))
+    s.slider("drive", s.ground, table, axis="y", coordinate="A*sin(w*t)")
+    block = s.body("block", fb.particle(2))
+    s.slider("rail", s.ground, block, axis="y", coordinate="y")
+    s.contact("top", block.origin, table.plane(normal="y"))
+    motion = fb.simulate(
+        s, 0.05, initial={"y'": "A*w"}, sensitivities=["A", "w", "g"], tolerance=1e-12
+    )  # fmt: skip
+    ratio = G / (0.02 * 30**2)
+    (left,) = [event.time for event in motion.happenings if "N reached 0" in event.text]
+    assert left == pytest.approx(np.arcsin(ratio) / 30, rel=1e-10)
+    slope = 1 / (30 * np.sqrt(1 - ratio**2))
+    assert motion.sensitivity.times("top")[0] == pytest.approx(
+        [-slope * ratio / 0.02, -left / 30 - 2 * slope * ratio / 30, slope * ratio / G], rel=1e-8
+    )
+    assert motion.energy.relative_residual < 1e-9  # the drive's work is in the ledger

@@ -1,0 +1,66 @@
+"""Derivatives of motions with contacts: events of the user, ends, batches, fits, copies.
+
+Closed forms are in tests/exact/test_contact_sensitivities.py, differences of random scenes in tests/laws.
+"""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+G = 9.81
+
+
+def ball():
+    s = fb.System("ball")
+    g, e, h = s.parameters(g=G, e=0.8, h=1.0)
+    s.gravity = (0, -g, 0)
+    body = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, body, axis="y", coordinate="y")
+    s.contact("floor", body.origin, s.ground.plane(normal="y"), restitution=e)
+    return s
+
+
+HALF = fb.event("y - 1/2", name="half", direction=1)
+
+
+def test_times_of_events_of_the_user_and_ends():
+    """The ball rises through 1/2 at t with e v τ - g τ²/2 = 1/2, τ = t - √(2h/g)."""
+    s, start = ball(), {"y": "h"}
+    motion = fb.simulate(s, 0.9, initial=start, events=[HALF], sensitivities=["h", "e"], tolerance=1e-12)
+    v, fall = np.sqrt(2 * G), np.sqrt(2 / G)
+    since = (0.8 * v - np.sqrt(0.64 * v**2 - G)) / G
+    rate = 0.8 * v - G * since
+    expected = [fall / 2 - 0.8 * v / 2 * since / rate, -v * since / rate]
+    assert motion.sensitivity.times("half")[0] == pytest.approx(expected, rel=1e-9)
+    ends = fb.simulate(
+        s,
+        0.9,
+        initial=start,
+        events=[fb.event("y - 1/2", "half", 1, terminal=True)],
+        sensitivities=["h", "e"],
+    )
+    assert ends.sensitivity["final(y)", "h"] == pytest.approx(0, abs=1e-8)
+    later = fb.simulate(s, "h/2 + 2/5", initial=start, sensitivities=["h"], tolerance=1e-12)
+    at_end, rate = later.sensitivity["y", "h"][-1], later["y'"][-1]
+    assert later.sensitivity["final(y)", "h"] == pytest.approx(at_end + rate / 2, rel=1e-9)
+    assert later.sensitivity["initial(y)", "h"] == 1
+    assert later.sensitivity["energy", "h"][-1] == pytest.approx(0.64 * G, rel=1e-9)  # m = 1
+
+
+def test_batches_copies_and_fits():
+    s, start = ball(), {"y": "h"}
+    common = dict(initial=start, times=[0.3, 0.9], sensitivities=["h", "e"])
+    data = fb.simulate(s, 1, values={"e": [0.5, 0.8]}, outputs=["y", "max(y)"], **common)
+    alone = fb.simulate(s, 1, **common)
+    assert np.array_equal(data["d(y)"][1], alone.sensitivity.of("y"))
+    assert np.isnan(data["d(max(y))"]).all() and "an extreme may lie at an impact" in str(
+        data["reason"].values[0]
+    )
+    copy = pickle.loads(pickle.dumps(alone))
+    assert np.array_equal(copy.sensitivity["y", "e"], alone.sensitivity["y", "e"])
+    told = fb.simulate(s, 2, initial=start, values={"e": 0.7}, times=np.linspace(0.1, 1.9, 40))
+    fit = fb.fit(s, {"time": told.t, "y": told["y"]}, unknown={"e": 0.75, "h": 1.02}, initial=start)
+    assert [fit.values[x] for x in ("e", "h")] == pytest.approx([0.7, 1.0], rel=1e-9)
