@@ -15,7 +15,8 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, call, compiled, root
 from . import laws
-from .closed_contacts import force_row, friction_along, independent, solve
+from .bearings import solve
+from .closed_contacts import force_row, friction_along, independent
 from .contact_outputs import force_of, forwarded, friction, moved, open_touched, product, rates_of, row_taken
 from .phase_kernels import rates
 from .phase_record import PhaseData
