@@ -294,7 +294,7 @@ def friction_circle(mu: float, radius: float) -> float:
 
     Examples
     --------
-    >>> friction_circle(0.75, 0.02)
+    >>> print(friction_circle(0.75, 0.02))
     0.012
     """
     return radius * mu / sqrt(1 + mu * mu)

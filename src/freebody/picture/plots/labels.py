@@ -40,7 +40,7 @@ def name_of(name: str) -> str:
     """Return a name as a symbol if it reads as one, such as theta_1; else as words, with the symbols among them.
 
     >>> name_of("theta_1"), name_of("first_impact"), name_of("largest theta")
-    ('$\\theta_{1}$', 'first impact', 'largest $\\theta$')
+    ('$\\\\theta_{1}$', 'first impact', 'largest $\\\\theta$')
     """
     base = name.partition("_")[0].rstrip("'")
     if base in GREEK or len(base) == 1:

@@ -252,7 +252,7 @@ INTERNAL = {
     "combinations.Columns", "random_place.NoRootError", "random_place.Place", "random_place.Placed",
     "length_bound.Lengths", "length_bound.Terms",
     "named_quantities.NamedDerivation", "recursive.Definition", "recursive.NamedMotion",
-    "recursive.Names", "recursive.Recursive",
+    "recursive.Names", "recursive.Recursive", "states.SteadyStates",
     "checks.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
     "forcing.Term", "action.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "typeset.Typeset",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",

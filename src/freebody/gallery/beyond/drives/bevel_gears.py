@@ -29,8 +29,8 @@ def build() -> fb.System:
     s = fb.System("bevel_gears")
     m_1, r_1, m_2, r_2 = s.parameters(m_1=1.0, r_1=0.05, m_2=5.0, r_2=0.1)
     T, Q, alpha = s.parameters(T=6.0, Q=4.0, alpha=sympy.pi / 9)
-    pinion = s.body("pinion", fb.disk(m_1, r_1, axis="x"), shape=blank(r_1, r_2, "x"))
-    wheel = s.body("wheel", fb.disk(m_2, r_2, axis="y"), shape=blank(r_2, r_1, "y"))
+    pinion = s.body("pinion", fb.disk(m_1, r_1, axis="x"), shape=look(r_1, r_2, "x"))
+    wheel = s.body("wheel", fb.disk(m_2, r_2, axis="y"), shape=look(r_2, r_1, "y"))
     first = s.hinge("first", s.ground, pinion, at=(-r_2, 0, 0), axis="x", coordinate="phi_1")
     second = s.hinge("second", s.ground, wheel, at=(0, -r_1, 0), axis="y", coordinate="phi_2")
     s.gear(first, second, -r_2 / r_1, name="mesh", pressure_angle=alpha)
@@ -51,7 +51,7 @@ def build() -> fb.System:
     return s
 
 
-def blank(radius: sympy.Expr, apex: sympy.Expr, axis: str) -> Shape:
+def look(radius: sympy.Expr, apex: sympy.Expr, axis: str) -> Shape:
     """Return a wheel as it looks: its pitch circle and its pitch cone to 0.4 of the way to the apex."""
     z = sympy.Symbol("z")
     cone = fb.revolve(radius * (1 - z / apex), (0, sympy.Rational(2, 5) * apex), z, mass=1, axis=axis)
