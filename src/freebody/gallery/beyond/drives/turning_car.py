@@ -19,12 +19,19 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 from ...tools.looks import placed, together
 
 STRAIGHT = {"x": 0, "y": 0, "psi": 0, "x'": "V", "y'": 0, "psi'": 0}
+
+
+def look(b: Any) -> Shape:
+    """Return the car without its front wheel: the rear wheel in the plane of symmetry, seen through the thin body."""
+    wheel = placed(fb.cylinder(1, 0.3, 0.2, axis="y"), (-b, 0, 0))
+    return together(placed(fb.box(1, (4, 1.6, 0.3))), wheel)
 
 
 def build() -> fb.System:
@@ -34,9 +41,7 @@ def build() -> fb.System:
     delta, V, g, _ = s.parameters(delta="1deg", V=25.0, g=9.81, t_1=4.0)
     s.assume(V > 0)
     mass = fb.MassProperties(m, (0, 0, 0), ((J, 0, 0), (0, J, 0), (0, 0, J)))
-    # of each axle the wheel in the plane of symmetry, seen through the thin body
-    rear = placed(fb.cylinder(1, 0.3, 0.2, axis="y"), (-b, 0, 0))
-    car = s.body("car", mass, shape=together(placed(fb.box(1, (4, 1.6, 0.3))), rear))
+    car = s.body("car", mass, shape=look(b))
     front = s.body("front", fb.particle(0), shape=placed(fb.cylinder(1, 0.3, 0.2, axis="y")))
     s.planar("road", s.ground, car, coordinate="x y psi")
     s.hinge("steering", car, front, at=(a, 0, 0), axis="z", coordinate=delta)
