@@ -4,6 +4,7 @@ import pytest
 
 import freebody as fb
 from contact_machines import pulled_disk
+from contact_scenes import space_scene
 from freebody.errors import SimulationError
 
 G = 9.81
@@ -83,6 +84,12 @@ def test_ties():
     s.force("F", block.origin, (F, 0, 0))
     s.contact("foot", block.origin, s.ground.plane(), friction=mu)
     refused(s, {}, ["mu"], "contact 'foot' sticks exactly at its limit of friction")
+
+
+def test_shares_that_decide_a_slip():
+    """A table that slides and turns on four feet: its friction depends on how they share its weight."""
+    s, start = space_scene(40)
+    refused(s, start, ["f_vx"], "after t = 0 s: equal compliance shares the forces of contacts that slip")
 
 
 def test_quantities_without_derivatives():

@@ -15,10 +15,12 @@ ALLOWED = 2e-5
 
 
 def compare(scene, seed, until=0.6):
-    """The greatest difference, relative to the slopes; None if there are no derivatives."""
+    """The greatest difference, relative to the slopes; None if there are no derivatives, or nothing moves at first."""
     s, start = scene(seed)
     names = [name for name in start if name.endswith("'") or name.startswith("f_v")][:2]
     names += [name for name in ("y", "f_z") if name in start and start[name] > 0.6][:1]
+    if not names:
+        return None
 
     def run(**given):
         return fb.simulate(s, until, initial=start | given, tolerance=TOLERANCE, samples=9)

@@ -138,7 +138,7 @@ class _Following:
         slopes, phase = self.slopes, segment.kernels
         t, y = segment.path.start, segment.path.states[0]
         straight = [self.history.path.segments[k] for k in moment.straight]
-        self.check_modes(phase, t, len(straight))
+        self.check_modes(phase, moment, t)
         events, tau = self.times(last, moment, r, shifts, t)
         before = np.zeros(self.moved)
         if last is not None:
@@ -170,14 +170,17 @@ class _Following:
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
 
-    def check_modes(self, phase: Phase, t: float, straight: int) -> None:
+    def check_modes(self, phase: Phase, moment: Moment, t: float) -> None:
         """Raise for modes whose derivatives indeterminate forces decide."""
         slopes = self.slopes
+        shared = any(entry.kind == event_run.NOTE and entry.marks[1] for entry in moment.entries)
+        if shared and any(mode.startswith("slip") for mode in phase.modes):
+            raise refused(slopes, t, "equal compliance shares the forces of contacts that slip")
         for k, mode in enumerate(phase.modes):
             if mode.startswith(LIMIT):
                 what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
                 raise refused(slopes, t, what)
-        if straight > 2:
+        if len(moment.straight) > 2:
             raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
     def times(
