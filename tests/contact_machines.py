@@ -166,3 +166,13 @@ y = "R"
 until = 0.2
 """
 """A model file: a disk thrown along a floor."""
+
+
+def rough_pendulum(mu, r, length=1.0):
+    """A bar that hangs on a pin of radius r, whose friction the load of the pin bounds."""
+    s = fb.System("pendulum")
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.slender_bar(2, length, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
+    s.friction("dry", pin, coefficient=mu, radius=r)
+    return s

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import freebody as fb
+from contact_machines import rough_pendulum
 from freebody.exact import friction_circle, jamming_arm
 from freebody.motion.timestepping.failure import failure
 from freebody.motion.timestepping.stepping_record import JAMMED
@@ -22,15 +23,6 @@ def block(angle, mu, **laws):
     body = s.body("block", fb.particle(2))
     guide = s.slider("guide", s.ground, body, axis=(math.cos(angle), -math.sin(angle), 0), coordinate="x")
     s.friction("dry", guide, coefficient=mu, **laws)
-    return s
-
-
-def pendulum(mu, r, length=1.0):
-    s = fb.System("pendulum")
-    s.gravity = (0, -G, 0)
-    bar = s.body("bar", fb.slender_bar(2, length, axis="y"))
-    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
-    s.friction("dry", pin, coefficient=mu, radius=r)
     return s
 
 
@@ -65,7 +57,7 @@ def test_a_pendulum_rests_while_its_weight_passes_the_circle_of_friction(part, m
     offset = friction_circle(0.5, 0.2)
     assert offset == pytest.approx(0.2 * math.sin(math.atan(0.5)), rel=1e-15)
     theta = math.asin(offset / 0.5)
-    motion = fb.simulate(pendulum(0.5, 0.2), 0.2, initial={"theta": theta * part})
+    motion = fb.simulate(rough_pendulum(0.5, 0.2), 0.2, initial={"theta": theta * part})
     assert motion.contacts["dry"].mode[-1] == mode
 
 
@@ -89,16 +81,16 @@ def falling(mu, r, until):
 
 def test_a_falling_pendulum_has_the_friction_that_its_own_reaction_bounds():
     expected = falling(0.5, 0.2, 0.6)
-    motion = fb.simulate(pendulum(0.5, 0.2), 0.6, initial={"theta": 1.2}, tolerance=1e-12)
+    motion = fb.simulate(rough_pendulum(0.5, 0.2), 0.6, initial={"theta": 1.2}, tolerance=1e-12)
     assert motion["theta"][-1] == pytest.approx(expected, abs=1e-10)
     force = np.linalg.norm(motion.reactions["pin"].force, axis=1)
     assert motion.contacts["dry"].normal == pytest.approx(0.2 * force, rel=1e-13)
     assert motion.contacts["dry"].tangential == pytest.approx(friction_circle(0.5, 0.2) * force, rel=1e-12)
     assert motion.energy.relative_residual < 1e-10
     off = [
-        fb.simulate(pendulum(0.5, 0.2), 0.6, initial={"theta": 1.2}, method="timestepping", step=h)["theta"][
-            -1
-        ]
+        fb.simulate(rough_pendulum(0.5, 0.2), 0.6, initial={"theta": 1.2}, method="timestepping", step=h)[
+            "theta"
+        ][-1]
         - expected
         for h in (1e-2, 5e-3)
     ]

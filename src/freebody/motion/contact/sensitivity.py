@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
-import sympy
 
 from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import SimulationError, nearest
@@ -151,14 +150,8 @@ class TouchingSensitivity(Sensitivity):
         super().__init__(trajectory, derivatives)
         self.numbers = cast(Any, TouchingNumbers(trajectory, derivatives))
 
-    def of_value(self, quantity: Expression) -> Array:
-        """Return the derivatives of an expression, or of an energy by name, at the output times."""
-        trajectory = self._trajectory
-        texts = trajectory.kernels.model.names.texts
-        text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
-        if text in trajectory.names:
-            return self._of_component(text)
-        return cast(TouchingNumbers, self.numbers).slopes(quantity, trajectory.t)
+    def _of_expression(self, quantity: Expression) -> Array:
+        return cast(TouchingNumbers, self.numbers).slopes(quantity, self._trajectory.t)
 
     def _of_component(self, name: str) -> Array:
         states, n = cast(TouchingNumbers, self.numbers).states, len(self._trajectory.names)

@@ -223,6 +223,11 @@ class Sensitivity(Mapping[Any, Array]):
         text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
         if text in trajectory.names:
             return self._of_component(text)
+        return self._of_expression(quantity)
+
+    def _of_expression(self, quantity: Expression) -> Array:
+        """Return the derivatives of an expression, or of an energy by name."""
+        trajectory = self._trajectory
         program = self.variation.expression(quantity)
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
 

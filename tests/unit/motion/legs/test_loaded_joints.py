@@ -5,21 +5,13 @@ import re
 import pytest
 
 import freebody as fb
+from contact_machines import rough_pendulum
 
 G = 9.81
 
 
-def pendulum(mu, r, length=1.0):
-    s = fb.System("pendulum")
-    s.gravity = (0, -G, 0)
-    bar = s.body("bar", fb.slender_bar(2, length, axis="y"))
-    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
-    s.friction("dry", pin, coefficient=mu, radius=r)
-    return s
-
-
 def test_impacts_blows_and_families_beside_it_are_refused():
-    s = pendulum(0.3, 0.02)
+    s = rough_pendulum(0.3, 0.02)
     s.stop("wall", s.joints["pin"], low=0.5)
     hit = "Contacts 'wall' collide. The load of a joint is an impulse then, and so is the friction 'dry' that it bounds"
     with pytest.raises(fb.FreebodyError, match=re.escape(hit)):
@@ -30,8 +22,8 @@ def test_impacts_blows_and_families_beside_it_are_refused():
     with pytest.raises(
         fb.FreebodyError, match=re.escape("'pendulum' has a blow, 'blow'. The load of a joint is")
     ):
-        fb.simulate(pendulum(0.3, 0.02), 1, impulses=blow)
-    s = pendulum(0.3, 0.02)
+        fb.simulate(rough_pendulum(0.3, 0.02), 1, impulses=blow)
+    s = rough_pendulum(0.3, 0.02)
     ball = s.body("ball", fb.sphere(1, 0.1))
     s.free("air", s.ground, ball)
     s.contacts("pile", [ball.sphere(0.1)], against=s.ground.plane(normal="y"))
