@@ -5,6 +5,9 @@ from __future__ import annotations
 from ...native.instructions import Reals, compiled
 from .contact_problem import Blocks
 
+BODY = 6
+"""Speeds of a free body, the most frequent block: its sums are written out, since a loop waits for each term."""
+
 
 @compiled
 def dot(x: Reals, y: Reals, n: int) -> float:
@@ -21,9 +24,13 @@ def along(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
     total, k = 0.0, blocks.at[r]
     for p in range(blocks.first[r], blocks.first[r + 1]):
         b = blocks.pieces[p]
-        for i in range(blocks.starts[b], blocks.starts[b + 1]):
-            total += W[k] * v[i]
-            k += 1
+        n, w, x = blocks.starts[b + 1] - blocks.starts[b], W[k:], v[blocks.starts[b] :]
+        if n == BODY:
+            total += (w[0] * x[0] + w[1] * x[1]) + (w[2] * x[2] + w[3] * x[3]) + (w[4] * x[4] + w[5] * x[5])
+        else:
+            for i in range(n):
+                total += w[i] * x[i]
+        k += n
     return total
 
 
@@ -33,9 +40,14 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
     k = blocks.at[r]
     for p in range(blocks.first[r], blocks.first[r + 1]):
         b = blocks.pieces[p]
-        for i in range(blocks.starts[b], blocks.starts[b + 1]):
-            v[i] += X[k] * x
-            k += 1
+        n, c, y = blocks.starts[b + 1] - blocks.starts[b], X[k:], v[blocks.starts[b] :]
+        if n == BODY:
+            y[0], y[1], y[2] = y[0] + x * c[0], y[1] + x * c[1], y[2] + x * c[2]
+            y[3], y[4], y[5] = y[3] + x * c[3], y[4] + x * c[4], y[5] + x * c[5]
+        else:
+            for i in range(n):
+                y[i] += x * c[i]
+        k += n
 
 
 @compiled

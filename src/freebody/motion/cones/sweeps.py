@@ -36,7 +36,8 @@ NEW = 1e-20
 def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int) -> int:
     """Solve for x and v, with x as the guess; return the number of sweeps, or -1 on failure."""
     count, x = problem.count, problem.x
-    pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0
+    known, size_old, wait, mixed = 0, 0.0, 2, 0
+    quiet = 0 if memory.pairs > 0 else wait
     best, since = 0.0, 0
     add_all(problem)
     problem.residual = residual(problem)
@@ -53,7 +54,7 @@ def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int
             problem.residual = residual(problem)
             if problem.residual <= tolerance:
                 return k + 1
-            known, pairs, mixed = 0, 0, 0
+            known, memory.pairs, mixed = 0, 0, 0
             continue
         for a in range(count):
             memory.f[a] = root(greater(problem.matrix[a, 0], 0.0)) * (x[a] - memory.before[a])
@@ -65,17 +66,17 @@ def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int
             for a in range(count):
                 x[a] = memory.g_old[a]
             add_all(problem)
-            pairs, known, mixed, quiet, wait = 0, 0, 0, k + wait, 2 * wait
+            memory.pairs, known, mixed, quiet, wait = 0, 0, 0, k + wait, 2 * wait
             best, since = size_old, k + wait
             continue
         if known > 0 and k >= quiet:
-            pairs += remember(problem, memory, pairs)
+            remember(problem, memory)
         for a in range(count):
             memory.f_old[a], memory.g_old[a] = memory.f[a], x[a]
         known, size_old, mixed = 1, size, 0
-        if pairs > 0 and k >= quiet:
+        if memory.pairs > 0 and k >= quiet:
             mixed = 1
-            mix(problem, memory, pairs)
+            mix(problem, memory)
     return -1
 
 
@@ -266,9 +267,10 @@ def slip_in_space(problem: ContactProblem, a: int, memory: Sweeping) -> None:
 
 
 @compiled
-def remember(problem: ContactProblem, memory: Sweeping, pairs: int) -> int:
-    """Store the last differences of f and g, Δf orthogonal to those stored; return 1, or 0 if it depends on them."""
-    slot, count = pairs % PAIRS, problem.count
+def remember(problem: ContactProblem, memory: Sweeping) -> None:
+    """Store the last differences of f and g, Δf orthogonal to those stored, unless it depends on them."""
+    pairs, count = memory.pairs, problem.count
+    slot = pairs % PAIRS
     df, dg = memory.df[slot], memory.dg[slot]
     for a in range(count):
         df[a], dg[a] = memory.f[a] - memory.f_old[a], problem.x[a] - memory.g_old[a]
@@ -282,14 +284,13 @@ def remember(problem: ContactProblem, memory: Sweeping, pairs: int) -> int:
     norm = dot(df, df, count)
     if norm > NEW * whole and norm > 0.0:
         memory.norms[slot] = norm
-        return 1
-    return 0
+        memory.pairs += 1
 
 
 @compiled
-def mix(problem: ContactProblem, memory: Sweeping, pairs: int) -> None:
+def mix(problem: ContactProblem, memory: Sweeping) -> None:
     """Replace x by the combination of the last differences of g in which |f| is least."""
-    for j in range(pairs - PAIRS if pairs > PAIRS else 0, pairs):
+    for j in range(memory.pairs - PAIRS if memory.pairs > PAIRS else 0, memory.pairs):
         k = j % PAIRS
         share = dot(memory.f, memory.df[k], problem.count) / memory.norms[k]
         for a in range(problem.count):

@@ -163,6 +163,7 @@ def answers(run: Run, constraints: int) -> None:
         ):  # a given force that moves nothing is compared by the rate of its tangent
             A[a, 0] = A[a + 1, 0]
     set_scales(problem)
+    run.sweeping.pairs = 0
 
 
 @compiled

@@ -21,35 +21,39 @@ SINGULAR = 1e-14
 
 
 @compiled
-def cholesky(M: Reals, L: Reals, n: int) -> int:
-    """Write L of L Lᵀ = M; return 0 if M is not positive definite, else 1."""
+def cholesky(M: Reals, L: Reals, n: int, band: int) -> int:
+    """Write L of L Lᵀ = M, with 1/L_ii on its diagonal; return 0 if M is not positive definite, else 1.
+
+    Entries further than ``band`` from the diagonal are zero, and are not read.
+    """
     for i in range(n):
-        for j in range(i + 1):
+        begin = i - band if i > band else 0
+        for j in range(begin, i + 1):
             total = M[i * n + j]
-            for k in range(j):
+            for k in range(begin, j):
                 total -= L[i * n + k] * L[j * n + k]
             if i == j:
                 if not total > SINGULAR * M[i * n + i]:
                     return 0
-                L[i * n + i] = root(total)
+                L[i * n + i] = 1.0 / root(total)
             else:
-                L[i * n + j] = total / L[j * n + j]
+                L[i * n + j] = total * L[j * n + j]
     return 1
 
 
 @compiled
-def back(L: Reals, n: int, b: Reals, x: Reals) -> None:
+def back(L: Reals, n: int, band: int, b: Reals, x: Reals) -> None:
     """Set x = (L Lᵀ)⁻¹ b."""
     for i in range(n):
         total = b[i]
-        for k in range(i):
+        for k in range(i - band if i > band else 0, i):
             total -= L[i * n + k] * x[k]
-        x[i] = total / L[i * n + i]
+        x[i] = total * L[i * n + i]
     for i in range(n - 1, -1, -1):
         total = x[i]
-        for k in range(i + 1, n):
+        for k in range(i + 1, i + band + 1 if i + band < n else n):
             total -= L[k * n + i] * x[k]
-        x[i] = total / L[i * n + i]
+        x[i] = total * L[i * n + i]
 
 
 @compiled
@@ -57,17 +61,28 @@ def factor(of: Elimination, M: Reals) -> int:
     """Factor all blocks of M; return 0 if a block is not positive definite, else 1."""
     blocks = of.blocks
     for b in range(blocks.count):
-        first = blocks.squares[b]
-        if cholesky(M[first:], of.L[first:], blocks.starts[b + 1] - blocks.starts[b]) == 0:
+        n, block = blocks.starts[b + 1] - blocks.starts[b], M[blocks.squares[b] :]
+        of.band[b] = band(block, n)
+        if cholesky(block, of.L[blocks.squares[b] :], n, of.band[b]) == 0:
             return 0
     return 1
+
+
+@compiled
+def band(M: Reals, n: int) -> int:
+    """Return the greatest distance of an entry from the diagonal: 0 for a free body in its principal axes."""
+    for distance in range(n - 1, 0, -1):
+        for i in range(distance, n):
+            if M[i * n + i - distance] != 0.0:
+                return distance
+    return 0
 
 
 @compiled
 def block_back(of: Elimination, b: int, p: Reals, x: Reals) -> None:
     """Set x = M_b⁻¹ p for the numbers of one block."""
     blocks = of.blocks
-    back(of.L[blocks.squares[b] :], blocks.starts[b + 1] - blocks.starts[b], p, x)
+    back(of.L[blocks.squares[b] :], blocks.starts[b + 1] - blocks.starts[b], of.band[b], p, x)
 
 
 @compiled
@@ -87,7 +102,7 @@ def hold(of: Elimination, W: Reals, count: int) -> int:
     for i in range(count):
         for j in range(count):
             of.GK[i * count + j] = along(blocks, m + i, W, of.K[j])
-    return cholesky(of.GK, of.S, count)
+    return cholesky(of.GK, of.S, count, count)
 
 
 @compiled
@@ -95,7 +110,7 @@ def meet(of: Elimination, W: Reals, rates: Reals, count: int, v: Reals, lam: Rea
     """Compute λ and replace v by v + K λ, which satisfies the first ``count`` constraints: G v + rates = 0."""
     for i in range(count):
         of.rates[i] = -rates[i] - along(of.blocks, of.contact_rows + i, W, v)
-    back(of.S, count, of.rates, lam)
+    back(of.S, count, count, of.rates, lam)
     for i in range(count):
         K = of.K[i]
         for k in range(of.blocks.n):
@@ -117,7 +132,7 @@ def answer(of: Elimination, r: int, W: Reals, X: Reals, sigma: Reals, count: int
     for _ in range(2 if count > 0 else 0):
         for i in range(count):
             of.rates[i] = along(blocks, r, X, of.K[i])
-        back(of.S, count, of.rates, of.share)
+        back(of.S, count, count, of.rates, of.share)
         for i in range(count):
             sigma[i] += of.share[i]
             subtract(of, r, m + i, of.share[i], W, X)

@@ -21,23 +21,31 @@ TINY = 1e-300
 
 
 @compiled
-def imbalance(run: Run) -> float:
-    """Set e = h f - p and M⁻¹ e; return |e| relative to the motion, √(e·M⁻¹e / (u·M u + p·M⁻¹p))."""
-    loads, blocks, whole = run.loads, run.problem.blocks, TINY
+def imbalance(run: Run, trials: int) -> float:
+    """Set e = h f - p and M⁻¹ e; return |e| relative to the motion, √(e·M⁻¹e / (u·M u + p·M⁻¹p)), p of trial 0."""
+    loads, blocks = run.loads, run.problem.blocks
+    if trials == 0:
+        loads.motion = size_of_motion(run)
     for i in range(blocks.n):
         loads.e[i] = run.h * (loads.f[i] + run.pressed[i]) - loads.p[i]
+    for b in range(blocks.count):
+        first = blocks.starts[b]
+        block_back(run.elimination, b, loads.e[first:], loads.Me[first:])
+    return root(dot(loads.e, loads.Me, blocks.n) / loads.motion)
+
+
+@compiled
+def size_of_motion(run: Run) -> float:
+    """Return u·M u + p·M⁻¹ p."""
+    loads, blocks, whole = run.loads, run.problem.blocks, TINY
     for b in range(blocks.count):
         first, size = blocks.starts[b], blocks.starts[b + 1] - blocks.starts[b]
         block_back(run.elimination, b, loads.p[first:], loads.Me[first:])
         whole += dot(loads.p[first:], loads.Me[first:], size)
-        block_back(run.elimination, b, loads.e[first:], loads.Me[first:])
-        L = run.elimination.L[blocks.squares[b] :]
-        for j in range(size):  # Lᵀ u
-            total = 0.0
-            for i in range(j, size):
-                total += L[i * size + j] * run.u[first + i]
-            whole += total * total
-    return root(dot(loads.e, loads.Me, blocks.n) / whole)
+        M = run.M[blocks.squares[b] :]
+        for i in range(size):
+            whole += run.u[first + i] * dot(M[i * size :], run.u[first:], size)
+    return whole
 
 
 @compiled

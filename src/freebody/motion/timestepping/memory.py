@@ -34,7 +34,8 @@ def memory_of(
     points = max((most_points(member.shape) for one in model.families for member in one.members), default=1)
     run = Run.made(
         n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
-        squares=int(shape.squares[-1]), constraints=held, holonomic=shape.holonomic, conditions=held * held,
+        squares=int(shape.squares[-1]), blocks=len(shape.blocks) - 1,
+        constraints=held, holonomic=shape.holonomic, conditions=held * held,
         joints=loaded, of_bearings=LOADED * loaded, moving=n_q + 2 * n + m + len(rows(model)),
         members=max(sum(len(family.members) for family in model.families), 1), pairs=max(pairs, 1), points=points,
     )  # fmt: skip

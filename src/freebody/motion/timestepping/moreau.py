@@ -138,7 +138,7 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
             run.u_mean[i] = run.u[i] + 0.5 * (run.free[i] + problem.v[i])
         put_speeds(machine, run.z, run.u_mean)
         loads_at(machine, t + 0.5 * run.h, run.z, loads.f)
-        size = imbalance(run)
+        size = imbalance(run, trials)
         if not math.isfinite(size):
             return NOT_FINITE
         trials += 1

@@ -101,7 +101,7 @@ class Elimination(Record):
     """Factors of the inertia and of the constraints (`elimination`).
 
     ``contact_rows``    rows of W, before those of G
-    ``L``     L Lᵀ = M by blocks;  ``K`` = M⁻¹ Gᵀ by rows;  ``S``: factor of ``GK`` = G K
+    ``L``     L Lᵀ = M by blocks, ``band``: of each;  ``K`` = M⁻¹ Gᵀ by rows;  ``S``: factor of ``GK`` = G K
     ``sigma``           change of -λ per impulse of each row of the problem
     ``rates``, ``share``    numbers of the constraints
     """
@@ -109,6 +109,7 @@ class Elimination(Record):
     blocks: Blocks
     contact_rows: Count
     L: Annotated[Row, "squares"]
+    band: Annotated[Wholes, "blocks"]
     K: Annotated[Rows, "constraints", "n"]
     S: Annotated[Row, "conditions"]
     GK: Annotated[Row, "conditions"]
@@ -122,7 +123,8 @@ class Loads(Record):
     """Impulse p of the loads in a step, and its residual e = h f(ū) - p.
 
     ``rest``             p - h f(u), from which the next step begins
-    ``Mp``, ``Me``       M⁻¹ p and M⁻¹ e;  ``e_old``, ``Me_old``: before the last change of p
+    ``Me``               M⁻¹ e;  ``e_old``, ``Me_old``: before the last change of p
+    ``motion``           size of the motion, to which e is compared;  ``first_error``: |e|/√motion at the first p
     """
 
     p: Annotated[Row, "n"]
@@ -132,6 +134,7 @@ class Loads(Record):
     Me: Annotated[Row, "n"]
     e_old: Annotated[Row, "n"]
     Me_old: Annotated[Row, "n"]
+    motion: Real
     first_error: Real
 
 
