@@ -313,7 +313,7 @@ class System(Description):
         parts: tuple[str, ...] = (
             count(len(self.bodies), "body"),
             count(len(self.joints), "joint"),
-            count(len(self._coordinates), "coordinate"),
+            count(sum(kind == "coordinate" for kind in self._names.kinds.values()), "coordinate"),
         )
         if self.contacts:
             parts = (*parts, count(len(self.contacts), "contact"))

@@ -23,7 +23,7 @@ def test_members_have_names():
     )
     s.contacts("balls", [a.sphere(0.5), b.sphere(0.5)], friction=mu, restitution=0.1)
     assert s.families["dice"] is family and repr(family) == "family of contacts 'dice'"
-    assert repr(s) == "System 'dice': 2 bodies, 2 joints, 0 coordinates, 2 families of contacts"
+    assert repr(s) == "System 'dice': 2 bodies, 2 joints, 14 coordinates, 2 families of contacts"
     first, second = fb.assemble(s).families
     assert first.label(0, 16) == "dice[d0.1,ground]" and second.label(0, 1) == "balls[d0,d1]"
     assert first.meet(0, 16) and not first.meet(0, 8) and second.meet(0, 1)
