@@ -249,6 +249,7 @@ REFUSALS = {
         lambda s: s.generalized_force(s.parameters(a=1), 1), "Expected a coordinate of this system, got 'a'", "ball and free"),
     "description of an expression": (
         lambda s: s.describe("2*k"), "Expected a parameter or a coordinate to describe, got '2*k'"),
+    "assumption that cannot hold": (lambda s: s.assume("1 > 2"), "Expected a condition that can hold, got '1 > 2'."),
     "assumption that is no condition": (lambda s: s.assume("k"), "Expected a condition such as k > 0, got 'k'"),
     "assumption with equality": (
         lambda s: s.assume(s.expression("k") >= 0), "Expected a condition such as k > 0, got k >= 0"),

@@ -178,17 +178,24 @@ class System(Description):
         self._about[self._names.texts[atom]] = (unit, about)
 
     def assume(self, *conditions: Any) -> None:
-        """Declare that expressions are positive, ``s.assume(k > 0)``; square roots then simplify.
+        """Declare that expressions are positive, ``s.assume("R > r")`` or ``s.assume(R > r)``; roots then simplify.
 
         Masses and dimensions of solids are known to be positive by their use.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("bowl")
+        >>> R, r = s.parameters("R r")
+        >>> s.assume("R > r")
         """
         for condition in conditions:
-            if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
-                take_as_positive(
-                    self, self.expression(condition.gts - condition.lts, f"the condition {condition}")
-                )
-            elif condition is not sympy.true and condition is not True:
-                raise ModelError(f"Expected a condition such as k > 0, got {shown(condition)}.")
+            if condition is not sympy.true and condition is not True:
+                greater, less = (self.expression(side, f"the condition {condition}") for side in _sides(condition))
+                difference = sympy.sympify(greater - less)
+                if difference.is_positive is False and difference.is_number:
+                    raise ModelError(f"Expected a condition that can hold, got {shown(condition)}.")
+                take_as_positive(self, difference)
 
     @property
     def gravity(self) -> tuple[Any, Any, Any]:
@@ -321,6 +328,16 @@ class System(Description):
             n = len(self.families)
             parts = (*parts, f"{n} {'family' if n == 1 else 'families'} of contacts")
         return f"System '{self.name}': {', '.join(parts)}"
+
+
+def _sides(condition: Any) -> tuple[Any, Any]:
+    """Return the greater and the lesser side of a condition."""
+    if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
+        return condition.gts, condition.lts
+    if isinstance(condition, str) and sum(map(condition.count, "<>")) == 1 and "=" not in condition:
+        first, sign, second = condition.partition(">" if ">" in condition else "<")
+        return (first, second) if sign == ">" else (second, first)
+    raise ModelError(f"Expected a condition such as k > 0, got {shown(condition)}.")
 
 
 def _check_text(names: Any, what: str, such_as: str) -> None:

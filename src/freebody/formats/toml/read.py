@@ -86,14 +86,14 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     of_joints = [text for text in conditions if _names(text) - set(names_of(system).kinds)]
     for condition in conditions:
         if condition not in of_joints:
-            _assume(root, condition)
+            root.guard(lambda condition=condition: root.system.assume(condition), "assume")
     for body, table in root.tables("bodies"):
         _body(system, body, table)
     # joints refer to coordinates and loads refer to joints, so this order, whatever the order of the file
     for joint, table in root.tables("joints"):
         read_joint(system, joint, table)
     for condition in of_joints:  # with coordinates that joints declare
-        _assume(root, condition)
+        root.guard(lambda condition=condition: root.system.assume(condition), "assume")
     for constraint, table in root.tables("constraints"):
         _constraint(system, constraint, table)
     read_contacts(system, root)
@@ -140,15 +140,6 @@ def _parameters(root: Table) -> None:
 def _names(text: str) -> set[str]:
     """Return the names in an expression, without its functions."""
     return set(re.findall(r"[A-Za-z_]\w*(?!\w|\s*\()", text))
-
-
-def _assume(root: Table, condition: str) -> None:
-    larger, sign, smaller = condition.partition(">")
-    if not sign or ">" in smaller or "=" in smaller or "<" in condition:
-        root.fail(f"Expected a condition such as 'k > 0', got '{condition}'.", "assume")
-    difference = root.read(f"({larger}) - ({smaller})", "assume")
-    if hasattr(difference, "free_symbols"):
-        root.guard(lambda: root.system.assume(difference > 0), "assume")
 
 
 # --- bodies -----------------------------------------------------------------------------------
