@@ -152,20 +152,16 @@ class Newton(Record):
 
 @record
 class Dense(Record):
-    """Memory of `least_squares`: square matrices of the rows of a small problem.
+    """Memory of `dual`: matrices of the rows of a small problem.
 
-    ``A``, ``J``, ``N``          W Xᵀ; slopes of the violations; normal equations or a factor of a part of A
-    ``step``, ``best``           change of x; x of the least residual
-    ``right``, ``entries``       right side, or rates; entries of one row
-    ``place``, ``among``         place of a row in the equations, or -1; row at a place
+    ``A``, ``N``         W Xᵀ; a factor of a part of it
+    ``right``, ``entries``    rates; entries of one row
+    ``place``, ``among``      place of a row among those that are held, or -1; row at a place
     """
 
     most: Count
     A: Annotated[Row, "squares"]
-    J: Annotated[Row, "squares"]
     N: Annotated[Row, "squares"]
-    step: Annotated[Row, "most"]
-    best: Annotated[Row, "most"]
     right: Annotated[Row, "most"]
     entries: Annotated[Row, "most"]
     place: Annotated[Wholes, "most"]

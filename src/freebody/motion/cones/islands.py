@@ -1,7 +1,9 @@
 """Newton's method for the islands of a contact problem: the sets of rows that share no speeds with others.
 
-Sweeps are slow where the forces of faces on faces are open. The islands that are not solved by then get Newton's
-method (`newton.balance`), with the impulses of the sweeps as multipliers: rounds of proximal points
+Sweeps are slow where the forces of faces on faces are open. The islands that a few of them do not solve get Newton's
+method on the laws (`descent`), or without friction the dual method (`dual`). What more sweeps and that leave gets
+Newton's method at a compliance (`newton.balance`), with the impulses of the sweeps as multipliers: rounds of proximal
+points
 
     y ← λ(v),  F(v) = v - Cᵀ λ(v) = 0,   λ = P(y - r(v)/ε)
 
@@ -18,7 +20,8 @@ from ...native.instructions import compiled, greater, lesser
 from ...native.records import Count, Record, Row, Whole, Wholes, record
 from .cone import add_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
-from .least_squares import descend, is_bare, lay_dense, take_in
+from .descent import descend
+from .dual import is_bare, lay_dense, take_in
 from .newton import DENSE, DRIFT, balance, reach, solve
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
@@ -66,6 +69,8 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
     ``turn`` counts the calls for one problem.
     """
     blocks = problem.blocks
+    add_all(problem)
+    problem.residual = residual(problem)
     connect(problem, islands)
     for a in range(problem.count):
         if blocks.first[problem.rows[a] + 1] > blocks.first[problem.rows[a]]:
@@ -73,8 +78,10 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
-        if unsolved and lay_out(problem, islands, b) == 1 and at_once(problem, islands, goal, turn) == 0:
-            improve(problem, islands, b, goal)
+        if unsolved and lay_out(problem, islands, b) == 1:
+            solved = at_once(problem, islands, goal, turn)
+            if solved == 0 and turn > 0:
+                improve(problem, islands, b, goal)
     add_all(problem)
     problem.residual = residual(problem)
     return problem.residual
@@ -196,29 +203,27 @@ def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
 def at_once(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> int:
     """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
-    Newton's method begins with the impulses of the sweeps; in the first turn it also begins with none.
+    Newton's method begins with the impulses of the sweeps; in the second turn it also begins with none.
     """
-    part, dense = islands.part, islands.dense
-    if part.count > dense.most:
-        return 0
+    part, dense, newton = islands.part, islands.dense, islands.newton
     for i in range(part.count):
-        islands.newton.y[i] = part.x[i]
-    lay_dense(part, dense)
-    left = 0.0
-    if is_bare(part) == 1:
+        newton.y[i] = part.x[i]
+    left = math.inf
+    if is_bare(part) == 1 and part.count <= dense.most:
+        lay_dense(part, dense)
         left = take_in(part, dense, goal)
     else:
-        left = descend(part, dense, goal, WARM)
-        if left > goal and turn == 0:
+        left = descend(part, newton, goal, WARM)
+        if left > goal and turn == 1:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, dense, goal, COLD)
+            left = descend(part, newton, goal, COLD)
     if left <= goal:
         for i in range(part.count):
             problem.x[islands.own[i]] = part.x[i]
         return 1
     for i in range(part.count):
-        part.x[i] = islands.newton.y[i]
+        part.x[i] = newton.y[i]
     return 0
 
 

@@ -209,7 +209,10 @@ def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial
 def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
     """Set the factors of F' at v; return 0 if it is singular, else 1."""
     slopes(problem, memory.here.free, problem.W, memory.G[0])
-    jacobian(problem, memory, soft)
+    for a in range(problem.count):  # λ = P(y - r/ε)
+        for k in range(problem.blocks.at[problem.rows[a]], problem.blocks.at[problem.rows[a] + 1]):
+            memory.G[0][k] /= soft
+    jacobian(problem, memory.G[0], memory)
     memory.factored += 1
     memory.kept = soft
     if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
@@ -219,8 +222,8 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
 
 
 @compiled
-def jacobian(problem: ContactProblem, memory: Newton, soft: float) -> None:
-    """Set J to 1 + Cᵀ G/ε, and the ends of its blocks."""
+def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
+    """Set J to 1 + Cᵀ G, G stored as the rows of the problem, and the ends of its blocks."""
     blocks, n, J, ends = problem.blocks, problem.blocks.n, memory.J[0], memory.ends
     for b in range(blocks.count):
         ends[b] = blocks.starts[b + 1]
@@ -240,18 +243,19 @@ def jacobian(problem: ContactProblem, memory: Newton, soft: float) -> None:
                 J[j * n + k] = 0.0
             J[k * n + k] = 1.0
     for a in range(problem.count):
-        if memory.here.free[a] > problem.low[a] or problem.kinds[a] != NORMAL:
-            spread(problem, memory, a, 1.0 / soft)
+        spread(problem, a, G, J)
 
 
 @compiled
-def spread(problem: ContactProblem, memory: Newton, a: int, share: float) -> None:
+def spread(problem: ContactProblem, a: int, G: Reals, J: Reals) -> None:
     """Add the part of row ``a`` to J, if it is not zero."""
-    blocks, n, r, G, J = problem.blocks, problem.blocks.n, problem.rows[a], memory.G[0], memory.J[0]
+    blocks, n, r, acts = problem.blocks, problem.blocks.n, problem.rows[a], 0
     i = blocks.at[r]
-    for p in range(blocks.first[r], blocks.first[r + 1]):
+    for k in range(i, blocks.at[r + 1]):
+        acts = 1 if G[k] != 0.0 else acts
+    for p in range(blocks.first[r], blocks.first[r + 1] if acts == 1 else blocks.first[r]):
         for k in range(blocks.starts[blocks.pieces[p]], blocks.starts[blocks.pieces[p] + 1]):
-            part, row, j = problem.X[i] * share, J[k * n :], blocks.at[r]
+            part, row, j = problem.X[i], J[k * n :], blocks.at[r]
             if part != 0.0:
                 for q in range(blocks.first[r], blocks.first[r + 1]):
                     begin = blocks.starts[blocks.pieces[q]]

@@ -22,8 +22,6 @@ from .block_rows import add, dot
 from .cone import add_all, bound, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
 
-TURNS = 8
-"""Alternations between normal and tangents in a slipping contact in space."""
 SINGULAR = 1e-10
 """Fraction of a diagonal entry below which its remainder after elimination counts as round-off."""
 ALIKE = 1e-9
@@ -159,7 +157,7 @@ def press(problem: ContactProblem, a: int, size: int, memory: Sweeping) -> None:
     """Compute the impulses of the contact at row ``a`` from its speeds without them, the other impulses fixed.
 
     Open if r_N >= 0; else stick if -A⁻¹ r is within the cone; else slip: in the plane exactly, x_T = -σ μ x_N with
-    σ v_T >= 0; in space by ``TURNS`` alternations between the normal and the tangents.
+    σ v_T >= 0; in space by the normal impulse first, then the tangents.
     """
     A, r, x = problem.matrix, memory.speeds, memory.impulses
     for k in range(size):
@@ -240,7 +238,7 @@ def slip_in_plane(problem: ContactProblem, a: int, memory: Sweeping) -> None:
 
 @compiled
 def slip_in_space(problem: ContactProblem, a: int, memory: Sweeping) -> None:
-    """Set the impulses of a contact that slips in space by alternations between normal and tangents.
+    """Set the impulses of a contact that slips in space: the normal one beside the tangents, then those beside it.
 
     The tangents have the impulse that stops the slip if it is in the cone, else x_T = P(x_T - r_T/s).
     """
@@ -249,18 +247,17 @@ def slip_in_space(problem: ContactProblem, a: int, memory: Sweeping) -> None:
     d_1, both, d_2 = A[a + 1, 0], A[a + 1, 1], A[a + 2, 0]
     det = d_1 * d_2 - both * both
     x[1], x[2] = problem.x[a + 1], problem.x[a + 2]
-    for _ in range(TURNS):
-        x[0] = greater(0.0, -(r[0] + c_1 * x[1] + c_2 * x[2]) / d_N)
-        if s > 0.0:
-            limit = problem.mu[a + 1] * x[0]
-            v_1 = r[1] + c_1 * x[0] + d_1 * x[1] + both * x[2]
-            v_2 = r[2] + c_2 * x[0] + both * x[1] + d_2 * x[2]
-            p, q = x[1] - v_1 / s, x[2] - v_2 / s
-            if det > SINGULAR * d_1 * d_2:
-                p_0, q_0 = x[1] - (d_2 * v_1 - both * v_2) / det, x[2] - (d_1 * v_2 - both * v_1) / det
-                if p_0 * p_0 + q_0 * q_0 <= limit * limit:
-                    p, q = p_0, q_0
-            x[1], x[2] = nearest(p, q, limit)
+    x[0] = greater(0.0, -(r[0] + c_1 * x[1] + c_2 * x[2]) / d_N)
+    if s > 0.0:
+        limit = problem.mu[a + 1] * x[0]
+        v_1 = r[1] + c_1 * x[0] + d_1 * x[1] + both * x[2]
+        v_2 = r[2] + c_2 * x[0] + both * x[1] + d_2 * x[2]
+        p, q = x[1] - v_1 / s, x[2] - v_2 / s
+        if det > SINGULAR * d_1 * d_2:
+            p_0, q_0 = x[1] - (d_2 * v_1 - both * v_2) / det, x[2] - (d_1 * v_2 - both * v_1) / det
+            if p_0 * p_0 + q_0 * q_0 <= limit * limit:
+                p, q = p_0, q_0
+        x[1], x[2] = nearest(p, q, limit)
 
 
 # -- Anderson's mixing ---------------------------------------------------------------------------------

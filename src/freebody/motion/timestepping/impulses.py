@@ -9,8 +9,8 @@ from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
-FEW = 40
-"""Sweeps before Newton's method: where they are fast, they end within these."""
+FEW, MORE = 8, 40
+"""Sweeps before the first and the second turn of Newton's method."""
 TURNS, ANEW = 8, 4
 """Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
 
@@ -23,7 +23,9 @@ def impulses(run: Run, islands: Islands, goal: float) -> int:
         if turn == ANEW:
             for a in range(problem.count):
                 problem.x[a] = 0.0
-        if turn > 0:
+        if turn == 1:
+            most = MORE
+        elif turn > 1:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most

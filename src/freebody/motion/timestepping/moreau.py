@@ -156,7 +156,8 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
             return LOADS
         r = change_loads(run, r, changes)
         changes += 1
-        goal = greater(run.tolerance, 0.1 * size)
+        # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
+        goal = lesser(goal, greater(run.tolerance, 0.1 * size))
     run.residual = greater(run.residual, problem.residual)
     return NONE
 

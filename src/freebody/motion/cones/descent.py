@@ -1,0 +1,72 @@
+"""Newton's method on the laws of a contact problem themselves, in the speeds of its blocks.
+
+    e(x) = 0 (`cone.violation`),   e + E_r W dv + (E_x + δ s) dx = 0,   dv = Xᵀ dx
+
+The second equation gives dx = -(g + G dv) contact by contact (`cone.law_slopes`), and so the speeds
+
+    (1 + Xᵀ G) dv = -Xᵀ g
+
+whose matrix has entries for blocks that share a row. δ is a small compliance of the step alone: forces of faces on
+faces are open, and change as little as they need. No length of a step is sought, nor is a step brought back to the
+cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the impulses of a few
+sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
+
+Source: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...native.instructions import compiled
+from .block_rows import add, along
+from .cone import add_all, law_slopes, residual
+from .contact_problem import ContactProblem, Newton
+from .elimination import factored, substitute
+from .newton import jacobian
+
+LOOSE = 1e-8
+"""δ: a step leaves about this part of an error."""
+LOST = 1e6
+"""Growth of the residual that ends the search."""
+
+
+@compiled
+def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> float:
+    """Improve x by up to ``most`` steps; return the residual of the best, which x becomes."""
+    m, least, turn = problem.count, math.inf, 0
+    while True:
+        add_all(problem)
+        size = residual(problem)
+        if size < least:
+            least = size
+            for a in range(m):
+                memory.best[a] = problem.x[a]
+        if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
+            break
+        if step(problem, memory) == 0:
+            break
+        turn += 1
+    for a in range(m):
+        problem.x[a] = memory.best[a]
+    return least
+
+
+@compiled
+def step(problem: ContactProblem, memory: Newton) -> int:
+    """Do one step; return 0 if it has no value."""
+    blocks, dv, g, G = problem.blocks, memory.step, memory.moved, memory.G[0]
+    law_slopes(problem, LOOSE, g, G)
+    jacobian(problem, G, memory)
+    if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
+        return 0
+    memory.factored += 1
+    for k in range(blocks.n):
+        dv[k] = 0.0
+    for a in range(problem.count):
+        if g[a] != 0.0:
+            add(blocks, problem.rows[a], problem.X, -g[a], dv)
+    substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    for a in range(problem.count):
+        problem.x[a] -= g[a] + along(blocks, problem.rows[a], G, dv)
+    return 1

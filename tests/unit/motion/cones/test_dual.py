@@ -1,0 +1,38 @@
+"""The dual method without friction: its results satisfy the laws, also where conditions depend on each other."""
+
+import numpy as np
+import pytest
+
+from cone_problems import DenseProblem
+from freebody.motion.cones.contact_problem import NORMAL, Dense
+from freebody.native import loop
+
+
+def solved(dense):
+    """Return the impulses that the method finds from zero, and their residual."""
+    dense.from_zero()  # sets the rows
+    problem, most = dense.memory, len(dense.b)
+    problem.x[:] = 0.0
+    room = Dense.made(most=most, squares=most * most)
+    loop.code("motion.cones.dual", "lay_dense")(problem, room)
+    residual = loop.code("motion.cones.dual", "take_in")(problem, room, 1e-12)
+    return problem.x.copy(), residual
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_dual_method_solves_every_problem_without_friction(seed):
+    rng = np.random.default_rng(seed)
+    m, n = 12, 5  # more conditions than directions: rows depend on each other
+    W = rng.normal(size=(m, n))
+    W[6:9] = W[:3] + W[3:6]
+    A, b = W @ W.T, W @ rng.normal(size=n) + rng.uniform(0, 1, m)
+    x, residual = solved(DenseProblem(A, b, [NORMAL] * m, [0.0] * m))
+    assert residual <= 1e-12
+    assert (x >= 0).all()
+    assert ((x > 0) <= (np.abs(A @ x + b) < 1e-10)).all()
+
+
+def test_the_dual_method_says_that_conditions_contradict_each_other():
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    _, residual = solved(DenseProblem(A, [-1.0, -1.0], [NORMAL] * 2, [0.0] * 2))
+    assert not residual <= 1.0
