@@ -196,7 +196,7 @@ def test_conditions_that_hold_a_machine_have_their_own_programs() -> None:
     kernels = kernels_of(four_bar())
     sets = [(0, 1), (0, 2), (1, 2)]
     held = [kernels.holding(active) for active in sets]
-    assert [one.active for one in held] == sets and len({id(one._programs) for one in held}) == 3
+    assert [one.active for one in held] == sets and len({id(one.programs) for one in held}) == 3
     assert kernels.holding((0, 2)) is held[1] and held[1].holding((0, 1)) is held[0]
 
 

@@ -191,7 +191,9 @@ class System(Description):
         """
         for condition in conditions:
             if condition is not sympy.true and condition is not True:
-                greater, less = (self.expression(side, f"the condition {condition}") for side in _sides(condition))
+                greater, less = (
+                    self.expression(side, f"the condition {condition}") for side in _sides(condition)
+                )
                 difference = sympy.sympify(greater - less)
                 if difference.is_positive is False and difference.is_number:
                     raise ModelError(f"Expected a condition that can hold, got {shown(condition)}.")

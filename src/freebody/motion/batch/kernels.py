@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics.conditions.constrained import moved_onto
 from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import ExpressionError
 from ...program.fixed import Fixed
@@ -22,6 +23,7 @@ from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
+from ..kernels.redundant_conditions import redundant_conditions
 from ..trajectory.outputs import ENERGIES, OfReaction, Quantity
 
 
@@ -83,15 +85,15 @@ def batch_program(
     """
     tangent, series = method == "radau", method == "taylor"
     key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, series, wide)
-    if key not in kernels._programs:
+    if key not in kernels.programs:
         try:
             made = _recorded(kernels, outputs, reduced, events, tangent, series, wide)
         except ExpressionError as error:
             if not series:
                 raise
             raise without_series(kernels.model, error) from None
-        kernels._programs[key] = made  # type: ignore[assignment]
-    return kernels._programs[key]  # type: ignore[return-value]
+        kernels.programs[key] = made  # type: ignore[assignment]
+    return kernels.programs[key]  # type: ignore[return-value]
 
 
 def _recorded(
@@ -137,10 +139,10 @@ def _recorded(
         "watched": watched,
     }
     if kernels.active:
-        functions["projection"] = kernels._projected(state)
-    unused = kernels._dropped(state) if model.constraints else {}
-    if unused:
-        functions["dropped"] = kernels._checked_conditions(state, unused)
+        functions["projection"] = moved_onto(model, state, kernels.active)
+    names, checked = redundant_conditions(model, state, kernels.active) if model.constraints else ((), ())
+    if names:
+        functions["dropped"] = checked
     inputs = list(y)
     if tangent:
         along = [tape.input(f"direction {i}") for i in range(len(y))]

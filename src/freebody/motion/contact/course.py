@@ -13,7 +13,8 @@ from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ...model.contact import friction_margin
 from ..families.pair_quantities import pair_quantities
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import Array, Path, observe
 from ..phase.candidates import stretch_numbers
 from ..start.initial import number

@@ -23,7 +23,8 @@ from ..families.family_record import POSE
 from ..families.feature_changes import Followed
 from ..families.memory import fill_members, link_poses
 from ..families.meshes import most_points
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED
 

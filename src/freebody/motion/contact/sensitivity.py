@@ -13,7 +13,7 @@ from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
-from ..kernels.kernels import Program
+from ..kernels.program import Program
 from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,

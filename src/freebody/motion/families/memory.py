@@ -14,7 +14,8 @@ from ...errors import SimulationError
 from ...model import Model
 from ...model.family import Family, touch_each_other, touch_in_patch, turned
 from ...model.model import GROUND
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..start.initial import number
 from .family_record import BALL, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
 from .meshes import core_of, mesh_of

@@ -15,8 +15,7 @@ import io
 import pickle
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, cast
 
@@ -38,7 +37,6 @@ from ...dynamics import (
 from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import (
     articulated_diagonal,
-    condition_groups,
     independence,
     least_speed_change,
     moved_onto,
@@ -46,7 +44,7 @@ from ...dynamics.conditions.constrained import (
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.mobility import check_bodies
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
-from ...dynamics.linear import Factorization, Selection, applied, entries, products
+from ...dynamics.linear import Selection, entries, is_zero
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
@@ -54,78 +52,17 @@ from ...model.family import unrolled
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
-from ...scalar.algebra import Expression, Scalar, divide
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.trace import Tape
-from ..ode.dense_output import Rates, observe
+from ..ode.dense_output import Rates
+from .program import Conditions, Program
+from .redundant_conditions import redundant_conditions
 from .switches import value_of
 
 Array = NDArray[np.float64]
 
 UNROLLED = 200
 """Limit of the contacts of families in a motion by events, whose code is 15 ms for each; two boxes have 16."""
-LOOSE = 100
-"""Factor by which a dependent condition must exceed an independent one before it replaces that condition."""
-
-
-@dataclass(frozen=True)
-class Program:
-    """A compiled set of functions of (t, y) and the parameters."""
-
-    compiled: Any
-    _last: list[tuple[bytes, Array]] = field(default_factory=list, compare=False)
-
-    def address(self, name: str) -> int:
-        """Address of a function."""
-        return int(self.compiled[name].address)
-
-    def outputs(self, name: str) -> int:
-        """Number of outputs of a function."""
-        return int(self.compiled[name].outputs)
-
-    def constants(self, parameters: Array) -> Array:
-        """Constants of the functions, computed once per run from the parameters. The last result is cached."""
-        key = parameters.tobytes()
-        last = self._last[0] if self._last else (b"", None)  # another thread may replace it meanwhile
-        if last[1] is None or last[0] != key:
-            last = key, np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
-            self._last[:] = [last]
-        return last[1].copy()
-
-
-@dataclass(frozen=True)
-class Conditions(Program):
-    """A compiled set of functions of the conditions, which give the matrix G by its entries.
-
-    ``rows``, ``columns``  places of the entries of G, row by row
-    ``shape``              numbers of conditions and speeds
-    """
-
-    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
-    columns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
-    shape: tuple[int, int] = (0, 0)
-
-    @cached_property
-    def pattern(self) -> NDArray[np.int64]:
-        """Place of the first entry of each row and of the end, then the columns."""
-        starts = np.searchsorted(self.rows, np.arange(self.shape[0] + 1))
-        return np.concatenate([starts, self.columns]).astype(np.int64)
-
-    def observed(self, function: str, times: Array, states: Array, constants: Array) -> Array:
-        """Return the outputs of a function, shape (k, outputs), at states (q, u), shape (k, n_q + n_u)."""
-        selection = np.zeros((len(states), sum(self.shape)))
-        moved = np.concatenate([states, selection], axis=1)
-        return observe(self.address(function), self.outputs(function), times, moved, constants)
-
-    def entries(self, outputs: Array) -> Array:
-        """Return the entries of G, row by row, from the outputs of "conditions" or "motion" at one state."""
-        m = self.shape[0]
-        return outputs[m : m + self.columns.size]
-
-    def matrix(self, outputs: Array) -> Array:
-        """Return G as :meth:`entries`, with its zeros."""
-        G = np.zeros(self.shape)
-        G[self.rows, self.columns] = self.entries(outputs)
-        return G
 
 
 class Kernels:
@@ -135,7 +72,7 @@ class Kernels:
         self.model = model
         self.active = active
         self._others: dict[tuple[int, ...], Kernels] = {}
-        self._programs: dict[Any, Program] = {}
+        self.programs: dict[Any, Program] = {}
         self._work: bool | None = None
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
@@ -157,7 +94,7 @@ class Kernels:
         if active not in self._others:
             other = self._others[active] = Kernels(self.model, active)
             other._others = self._others
-            other._programs |= {key: self._programs[key] for key in ("closing",) if key in self._programs}
+            other.programs |= {key: self.programs[key] for key in ("closing",) if key in self.programs}
         return self._others[active]
 
     @cached_property
@@ -213,7 +150,7 @@ class Kernels:
         If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
         ``functions``.
         """
-        if key not in self._programs:
+        if key not in self.programs:
             tape = Tape()
             state = traced_state(self.model, tape)
             parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
@@ -225,18 +162,18 @@ class Kernels:
             compiled = compile_tape(
                 tape, outputs_by_name, state.t, [*state.q, *state.u, *extra_inputs], parameters
             )
-            self._programs[key] = Program(compiled)
-        return self._programs[key]
+            self.programs[key] = Program(compiled)
+        return self.programs[key]
 
     def _large(self) -> Program | None:
         """Return the looped kernels of a large tree, or None if the machine is small."""
-        if "large" not in self._programs:
+        if "large" not in self.programs:
             if not is_large(self.model, "forward_dynamics"):
                 return None
             looped = LoopedSet(self.model)
             self._work = looped.works
-            self._programs["large"] = Program(looped)
-        return self._programs["large"]
+            self.programs["large"] = Program(looped)
+        return self.programs["large"]
 
     def unrolled(self) -> Kernels:
         """Return the programs of the machine with every pair of its families as a contact of its own.
@@ -271,9 +208,9 @@ class Kernels:
         motion = self._large()
         if motion is None:
             return None
-        if "large inverse" not in self._programs:
-            self._programs["large inverse"] = Program(LoopedSet(model, "inverse"))
-        return motion, self._programs["large inverse"]
+        if "large inverse" not in self.programs:
+            self.programs["large inverse"] = Program(LoopedSet(model, "inverse"))
+        return motion, self.programs["large inverse"]
 
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)
@@ -289,7 +226,7 @@ class Kernels:
         def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
             power = total_power(self.model, state, moving)
-            self._work = not _is_zero(power)
+            self._work = not is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
             outputs: dict[str, Sequence[Scalar]] = {
@@ -297,13 +234,12 @@ class Kernels:
                 "energy": energy,
             }
             if self.active:
-                outputs["projection"] = self._projected(state)
+                outputs["projection"] = moved_onto(self.model, state, self.active)
                 outputs["hold"] = [independence(self.model, state, self.active)]
-            dropped = self._dropped(state)
-            self._names_dropped = tuple(dropped)
-            return {**outputs, "dropped": self._checked_conditions(state, dropped)} if dropped else outputs
+            self._names_dropped, checked = redundant_conditions(self.model, state, self.active)
+            return {**outputs, "dropped": checked} if checked else outputs
 
-        return self._programs.get("motion") or self._large() or self.program("motion", functions)
+        return self.programs.get("motion") or self._large() or self.program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
         """Return the parameters in order, and the right-hand side with its constants. The last result is cached."""
@@ -348,13 +284,13 @@ class Kernels:
                 "least": least_speed_change(self.model, state, Selection(selection[:n], selection[n:])),
             }
 
-        if "closing" not in self._programs:
+        if "closing" not in self.programs:
             program = self.program("closing", functions, n + m)
             rows_of_entries, columns = np.array(places, dtype=np.int64).reshape(-1, 2).T
-            self._programs["closing"] = Conditions(
+            self.programs["closing"] = Conditions(
                 program.compiled, rows=rows_of_entries, columns=np.ascontiguousarray(columns), shape=(m, n)
             )
-        return cast(Conditions, self._programs["closing"])
+        return cast(Conditions, self.programs["closing"])
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:
@@ -366,40 +302,6 @@ class Kernels:
         """Conditions that were redundant at the start, without those that hold identically."""
         self.motion()
         return self._names_dropped
-
-    def _dropped(self, state: State) -> dict[str, tuple[Scalar, Scalar]]:
-        linear = linearized(self.model, state)
-        return {
-            row.name: (linear.residual[i], linear.rate[i])
-            for i, row in enumerate(rows(self.model))
-            if i not in self.active and not (_is_zero(linear.residual[i]) and _is_zero(linear.rate[i]))
-        }
-
-    def _checked_conditions(self, state: State, dropped: Mapping[str, tuple[Scalar, Scalar]]) -> list[Scalar]:
-        """Return the residuals and rates of the dropped conditions, and a sign.
-
-        The sign is 1 if a dropped condition is a large multiple of active conditions, else 0 or -1.
-        """
-        matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
-        unit: dict[int, list[Scalar]] = {}
-        for group in condition_groups(self.model):
-            square = sum((x * x for i in group for x in matrix[i]), 0)
-            size = 1 if _is_zero(square) else state.field.sqrt(square)
-            unit |= {i: [divide(x, size) for x in matrix[i]] for i in group}
-        active_rows = [unit[i] for i in self.active]
-        gram, largest_square = Factorization(products(active_rows, active_rows)), 0
-        for i, row in enumerate(kinds):
-            if row.name in dropped:
-                for part in gram.solve(applied(active_rows, unit[i])):
-                    largest_square = state.field.apply("max", largest_square, part * part)
-        return [
-            *(x for pair in dropped.values() for x in pair),
-            state.field.apply("sign", largest_square - LOOSE * LOOSE),
-        ]
-
-    def _projected(self, state: State) -> list[Scalar]:
-        """Return (q, u) moved onto the constraints (`moved_onto`)."""
-        return moved_onto(self.model, state, self.active)
 
     def poses(self) -> Program:
         """Program with the function ``poses``: for each body, position (3) and rotation to ground axes (9, by rows)."""
@@ -428,9 +330,9 @@ class Kernels:
             }
 
         if self._large() is not None:
-            if "large reactions" not in self._programs:
-                self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
-            return self._programs["large reactions"]
+            if "large reactions" not in self.programs:
+                self.programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
+            return self.programs["large reactions"]
         return self.program("reactions", functions)
 
     def limits(self) -> Program:
@@ -450,10 +352,6 @@ class Kernels:
             ("values", tuple(expressions)),
             lambda state: {"values": [value_of(state, e) for e in expressions]},
         )
-
-
-def _is_zero(value: Scalar) -> bool:
-    return isinstance(value, int | Fraction) and value == 0
 
 
 class _Packer(pickle.Pickler):

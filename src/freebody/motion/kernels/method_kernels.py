@@ -32,17 +32,18 @@ from ...program.large.tree_loop import Directions, LoopedSet, is_large
 from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.derivative import forward, transposed
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
-from .kernels import Kernels, Program
+from .kernels import Kernels
+from .program import Program
 
 
 def tangent(kernels: Kernels) -> Program:
     """Return the program with the function ``tangent`` of (t, (y, v)): (∂f/∂y) v, by one sweep along the trace of the
     rates.
     """
-    if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics_by_state"):
+    if "tangent" not in kernels.programs and is_large(kernels.model, "forward_dynamics_by_state"):
         along = Directions("rates", kernels.size)
-        kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
-    if "tangent" not in kernels._programs:
+        kernels.programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
+    if "tangent" not in kernels.programs:
         tape = Tape()
         model = kernels.model
         state = traced_state(model, tape)
@@ -55,17 +56,17 @@ def tangent(kernels: Kernels) -> Program:
         v = [tape.input(f"direction {i}") for i in range(len(y))]
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         outputs_by_name = {"tangent": forward(tape, outputs, y, v)}
-        kernels._programs["tangent"] = Program(
+        kernels.programs["tangent"] = Program(
             compile_tape(tape, outputs_by_name, state.t, [*y, *v], parameters)
         )
-    return kernels._programs["tangent"]
+    return kernels.programs["tangent"]
 
 
 def series(kernels: Kernels) -> Program:
     """Return the program with the function ``series`` of (t, y): the coefficients of the motion
     (`program.series.jet`).
     """
-    if "series" not in kernels._programs:
+    if "series" not in kernels.programs:
         tape, model = Tape(), kernels.model
         state = traced_state(model, tape)
         moving = motion(model, state, kernels.active)
@@ -74,8 +75,8 @@ def series(kernels: Kernels) -> Program:
             outputs.append(total_power(model, state, moving))
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         inputs = [*state.q, *state.u]
-        kernels._programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
-    return kernels._programs["series"]
+        kernels.programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
+    return kernels.programs["series"]
 
 
 def series_of(
@@ -106,7 +107,7 @@ def hamilton(kernels: Kernels) -> Program:
     """Return the program with the functions ``hamilton`` (q', P') and ``speeds`` u of (t, (q, P)), and ``momenta`` P of
     (t, (q, u)).
     """
-    if "hamilton" not in kernels._programs:
+    if "hamilton" not in kernels.programs:
         model, tape = kernels.model, Tape()
         traced = traced_state(model, tape)
         P = [tape.input(f"second half {i}") for i in range(model.n_q)]  # or u, at the same positions
@@ -145,10 +146,10 @@ def hamilton(kernels: Kernels) -> Program:
         momenta = [int(d) * x for d, x in zip(weights, spread, strict=True)]
         functions = {"hamilton": [*rates, *gradient], "speeds": u, "momenta": momenta}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        kernels._programs["hamilton"] = Program(
+        kernels.programs["hamilton"] = Program(
             compile_tape(tape, functions, state.t, [*traced.q, *P], parameters)
         )
-    return kernels._programs["hamilton"]
+    return kernels.programs["hamilton"]
 
 
 def replaced(tape: Tape, outputs: Sequence[Scalar], values: Mapping[Traced, Scalar]) -> list[Scalar]:

@@ -32,7 +32,8 @@ from ..ode.dense_output import Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt
 from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
 from ..ode.run import Branch
-from .kernels import Kernels, Program
+from .kernels import Kernels
+from .program import Program
 from .switching_laws import sticking
 
 

@@ -26,7 +26,8 @@ from ...scalar.trace import CODES, Tape, Traced
 from ..ending import End
 from ..ode.dense_output import Array, observe
 from ..ode.integration import Halt
-from .kernels import Kernels, Program
+from .kernels import Kernels
+from .program import Program
 
 WINDOWS = (8, 32)
 """Numbers of steps over which the change of e is compared with that on either side. The motion sticks from the first of

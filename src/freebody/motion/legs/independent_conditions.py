@@ -27,7 +27,8 @@ from ...dynamics.conditions.constrained import DEPENDENT, condition_groups
 from ...dynamics.conditions.constraints import rows
 from ...errors import SimulationError
 from ..ending import End
-from ..kernels.kernels import LOOSE, Kernels
+from ..kernels.kernels import Kernels
+from ..kernels.redundant_conditions import LOOSE
 from ..ode.dense_output import Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt, first_halt
 from ..trajectory.event import Happening

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ...errors import SimulationError
 from ...scalar.algebra import Expression
 from ..ending import End
-from ..kernels.kernels import Program
+from ..kernels.program import Program
 from ..ode.dense_output import Crossing
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import expressions_of

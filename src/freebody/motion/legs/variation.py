@@ -18,6 +18,7 @@ import sympy
 from numpy.typing import NDArray
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics.conditions.constrained import moved_onto
 from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import SimulationError, nearest
 from ...model import Model
@@ -25,9 +26,10 @@ from ...program.kernels import compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward, reverse
 from ...scalar.trace import CODES, Tape, Traced
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
+from ..kernels.program import Program
 from ..ode.dense_output import Rates
 from ..trajectory.outputs import OfReaction
 
@@ -118,7 +120,7 @@ class Variation:
     def series(self) -> Program:
         """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
         key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
-        programs = self.kernels._programs
+        programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
             programs[key] = series_of(self.kernels.model, tape, rates, state.t, inputs, parameters)
@@ -153,7 +155,7 @@ class Variation:
         For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
         """
         key = ("variation", tuple(unknown.name for unknown in self.unknowns))
-        programs = self.kernels._programs
+        programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
             n, model = self.kernels.size, self.kernels.model
@@ -163,7 +165,7 @@ class Variation:
                 "energy": [kinetic_energy(model, state), potential_energy(model, state)],
             }
             if self.kernels.active:
-                moved = self.kernels._projected(state)
+                moved = moved_onto(self.kernels.model, state, self.kernels.active)
                 if self.kernels.works:
                     moved = [*moved, y[-1]]
                 functions["projection"] = [
@@ -220,7 +222,7 @@ class Variation:
         operations = self.kernels.operations
         if operations is not None and "sign" not in operations:
             return None
-        programs, model = self.kernels._programs, self.kernels.model
+        programs, model = self.kernels.programs, self.kernels.model
         names = tuple(unknown.name for unknown in self.unknowns)
         key, texts_key = ("switches", names), f"switches {names}"
         if key not in programs:
@@ -246,7 +248,7 @@ class Variation:
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""
         key = (what, tuple(unknown.name for unknown in self.unknowns), quantity)
-        programs = self.kernels._programs
+        programs = self.kernels.programs
         if key not in programs:
             tape, state, y, rows, parameters = self._traced()
             inputs = [*y, *(x for row in rows for x in row)]

@@ -19,7 +19,7 @@ from ...dynamics.newton_euler import bias
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
-from ..kernels.kernels import Program
+from ..kernels.program import Program
 from .candidates import Candidates
 
 

@@ -43,7 +43,8 @@ from ...model import Model
 from ...model.contact import Contact
 from ...scalar.algebra import divide
 from ...scalar.trace import Tape
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import Array
 from ..start.initial import number
 

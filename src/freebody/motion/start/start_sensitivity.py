@@ -33,7 +33,8 @@ from ...program.kernels import compile_tape
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import observe
 from .initial import named_state, quaternions_by_joint
 
@@ -128,7 +129,7 @@ class _Search:
         The functions are ``conditions`` (φ or ψ, G), ``moved`` (q') and ``speeds`` (ψ, M (u - u₀) - Gᵀ λ); and, without
         derivatives, ``masses`` (G, M).
         """
-        model, programs = self.model, self.kernels._programs
+        model, programs = self.model, self.kernels.programs
         key = ("slopes of the start", tuple(unknown.name for unknown in self.unknowns))
         if key not in programs:
             tape = Tape()

@@ -25,7 +25,8 @@ from ...errors import SimulationError
 from ...model.contact import friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion

@@ -13,7 +13,8 @@ from ...model.resistance import pressers
 from ..cones.islands import Islands
 from ..families.memory import fill
 from ..families.meshes import most_points
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..start.initial import number
 from .stepped_kernels import Shape, mean_bearings
 from .stepping_record import Run

@@ -26,7 +26,8 @@ from ...model.contact import Contact
 from ...model.resistance import pressers
 from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..phase.candidates import layout_of, stretched
 
 Whole = Any  # array of int64

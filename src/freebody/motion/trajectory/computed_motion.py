@@ -20,7 +20,8 @@ from ...dynamics.motion import transmitting
 from ...dynamics.state import float_state
 from ...errors import SimulationError, nearest
 from ..ending import NOT_PHYSICAL, End
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from .course import Course
 from .event import Event, EventList, EventSpec, Happening
 from .one_sided_limits import Span, spans, warnings_of

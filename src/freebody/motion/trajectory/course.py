@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from ...dynamics.conditions.unilateral import MotionWarning
-from ..kernels.kernels import Program
+from ..kernels.program import Program
 from ..ode.dense_output import Array
 from .event import Happening
 from .one_sided_limits import Values

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.conditions.unilateral import MotionWarning
-from ..kernels.kernels import Program
+from ..kernels.program import Program
 from ..ode.dense_output import Array, observe
 from .computed_motion import ComputedMotion
 from .course import Piece

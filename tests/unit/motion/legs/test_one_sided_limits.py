@@ -190,10 +190,10 @@ def test_machines_without_one_sided_parts_have_no_more_code():
     """The rod's lanes watch nothing, and a run of the rope compiles its limits only when it is asked."""
     s = stone()
     motion = fb.simulate(s, 1, initial={**BOTTOM, "x'": 5})
-    assert "limits" not in motion.kernels._programs
+    assert "limits" not in motion.kernels.programs
     rod = fb.simulate(stone(unilateral=False), 1, initial={**BOTTOM, "x'": 5})
     assert np.array_equal(motion.path.states, rod.path.states)
-    assert motion.warnings and "limits" in motion.kernels._programs
+    assert motion.warnings and "limits" in motion.kernels.programs
     lanes = fb.simulate(stone(unilateral=False), 1, initial={**BOTTOM, "x'": np.linspace(1, 6, 9)})
     assert "event" not in lanes.dims
 

@@ -845,8 +845,8 @@ def test_model_is_compiled_for_what_is_asked_only():
     s = pendulum()
     kernels = kernels_of(s)
     fb.simulate(s, 1, initial={"theta": 1.0})
-    assert "tangent" not in kernels._programs
-    assert "hamilton" not in kernels._programs
+    assert "tangent" not in kernels.programs
+    assert "hamilton" not in kernels.programs
     assert assemble(s).n_q == 1
 
 

@@ -160,11 +160,11 @@ def test_new_modes_derive_and_compile_nothing(monkeypatch):
     first.motion(), first.contact(), first.reactions(), first.whole(())
     monkeypatch.setattr(Kernels, "program", None)
     monkeypatch.setattr(
-        "freebody.motion.phase.candidates.Candidates.program", lambda self: kernels._programs["candidates"]
+        "freebody.motion.phase.candidates.Candidates.program", lambda self: kernels.programs["candidates"]
     )
     monkeypatch.setattr(
         "freebody.motion.phase.candidates.Candidates.reactions",
-        lambda self: kernels._programs["reactions in modes"],
+        lambda self: kernels.programs["reactions in modes"],
     )
     for modes in itertools.product(("open", "stick", "slip", at_limit((0.6, 0.8))), repeat=5):
         phase = scene.phase(modes)

@@ -331,7 +331,7 @@ def test_simulation_switches_by_itself(monkeypatch):
     straight = run()
     monkeypatch.setattr(tree_loop, "BODIES", 1)
     loops = run()
-    assert "large" in loops.kernels._programs
+    assert "large" in loops.kernels.programs
     assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-7, abs=1e-7)
     last = straight.kernels.model.bodies.keys()
     assert set(last) == {f"b{i}" for i in range(5)}
@@ -522,7 +522,7 @@ def test_stiff_trees_loop_over_links_for_their_matrices(monkeypatch):
     straight = run()
     monkeypatch.setattr(tree_loop, "BODIES", 1)
     loops = run()
-    assert isinstance(loops.kernels._programs["tangent"].compiled, LoopedSet)
+    assert isinstance(loops.kernels.programs["tangent"].compiled, LoopedSet)
     assert loops.kernels.works
     assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-6, abs=1e-6)
 
