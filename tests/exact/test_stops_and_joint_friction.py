@@ -191,3 +191,16 @@ def test_a_stop_and_friction_in_one_joint():
     assert motion["th"][-1] == pytest.approx(-math.pi / 3, abs=1e-9)
     assert abs(motion["th'"][-1]) < 1e-12
     assert motion.indeterminate == ("N_bumper_low", "T_dry")
+
+
+def test_a_stop_that_bears_nothing_any_more_leaves_the_friction_to_hold():
+    """As a force of 2 cos t turns away from the stop, stop and friction bear zero: round-off decides nothing."""
+    s = fb.System("cart")
+    cart = s.body("cart", fb.particle(1))
+    guide = s.slider("guide", s.ground, cart, axis="x", coordinate="x")
+    s.force("push", cart.origin, ("2*cos(t)", 0, 0))
+    s.stop("end", guide, high=0)
+    s.friction("dry", guide, force=3, static=3.5)
+    motion = fb.simulate(s, 6)
+    assert np.abs(motion.states).max() == 0
+    assert set(motion.contacts["dry"].mode) == {"stick"}

@@ -86,6 +86,8 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
+        elif it.held[it.chosen[i]] != 0:
+            contacts.given[contacts.at[i]] = rate_of_bound(contacts, i)
 
 
 @compiled
@@ -111,6 +113,16 @@ def press(contacts: Contacts, r: int, force: float) -> None:
     for a in range(m):
         contacts.A[r * m + a] = 0.0
     contacts.given[r] = size
+
+
+@compiled
+def rate_of_bound(contacts: Contacts, i: int) -> float:
+    """Return the greatest rate that the bounded friction of a joint gives its tangent.
+
+    It stands in its normal row, which moves nothing: beside it others are judged, where all of them vanish in balance.
+    """
+    r = contacts.at[i] + contacts.tangents[i]
+    return contacts.static[i] * contacts.least[i] * contacts.A[r * contacts.rows + r]
 
 
 @compiled
