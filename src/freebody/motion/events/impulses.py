@@ -216,7 +216,8 @@ def together(it: EventRun, contacts: Contacts) -> int:
     for i in range(it.count):
         k = it.chosen[i]
         contacts.restitution[i] = it.coefficients[4 * k + 2]
-        if normal_speed(it, k) < -it.still:
+        # both laws are the same one for a contact that does not rebound
+        if normal_speed(it, k) < -it.still and contacts.restitution[i] > 0.0:
             newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
     if newton > 0 and poisson > 0:
         return event_run.MIXED

@@ -306,11 +306,8 @@ class _Run:
                 self.pairs *= 2
                 self._make_room()
                 between.halt.watch(self.memory.problem, self.islands.part)
-                self.memory.residual, self.memory.depth, self.memory.sweeps = (
-                    run.residual,
-                    run.depth,
-                    run.sweeps,
-                )
+                for measure in ("residual", "depth", "sweeps", "reduced"):
+                    setattr(self.memory, measure, getattr(run, measure))
                 self.memory.contacts.kept[:] = run.contacts.kept
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
@@ -389,8 +386,7 @@ class _Run:
         )  # fmt: skip
         run = self.memory
         sweeps = run.sweeps / max(self.done, 1)
-        course = InSteps(
-            self.kernels, dict(self.values), path, did, Stepping(h, run.residual, run.depth, sweeps),
-            (self.first, self.tangents),
-        )  # fmt: skip
+        stepping = Stepping(h, run.residual, run.depth, sweeps, run.reduced)
+        layout = self.first, self.tangents
+        course = InSteps(self.kernels, dict(self.values), path, did, stepping, layout)
         return Trajectory(*self.problem.outcome(path), course=course)
