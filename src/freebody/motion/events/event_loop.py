@@ -117,8 +117,6 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     status = collide(it, contacts)
     if status != 0:
         return status
-    if it.hit != 0 and it.loads > 0:
-        return event_run.LOADED_IMPACT
     it.stage = event_run.SETTLE
     # slips begin and stop in turn: one of two events that follow each other has one
     crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2 and slow_slips(it) > 0

@@ -29,6 +29,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, impelled
+from .loaded_impacts import append_loaded, collided_under_loads
 from .log import begin, end, mark, note, note_all
 from .moment import (
     choose,
@@ -86,7 +87,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
-        elif it.held[it.chosen[i]] != 0:
+        elif it.held[it.chosen[i]] != 0 and impact == 0:
             contacts.given[contacts.at[i]] = rate_of_bound(contacts, i)
 
 
@@ -176,11 +177,33 @@ def strike(it: EventRun, contacts: Contacts) -> int:
             it.hit = 1
     if it.hit == 0:
         return 0
+    if it.loads > 0 and (it.sequential != 0 or PhaseData(it.looking).own > 0):
+        return event_run.LOADED_IMPACT
+    if it.loads > 0:
+        append_loaded(it)
     gather(it, contacts, 1)
     contacts.still = it.still
     status = one_by_one(it, contacts) if it.sequential != 0 else together(it, contacts)
     for a in range(contacts.rows):
         it.whole[it.list[a]] = contacts.forces[a]
+    return status
+
+
+@compiled
+def rub(it: EventRun, contacts: Contacts) -> int:
+    """Let the friction of joints under the load ``blown`` of a blow act. Return a reason to stop, or 0."""
+    look(it)
+    it.count, contacts.poisson, contacts.still = 0, 0, it.still
+    append_loaded(it)
+    gather(it, contacts, 1)
+    for i in range(it.count):
+        contacts.restitution[i] = 0.0
+    status = collided_under_loads(it, contacts)
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    for a in range(contacts.rows):
+        it.whole[it.list[a]] = contacts.forces[a]
+    move_speeds(it)
     return status
 
 
@@ -222,6 +245,8 @@ def together(it: EventRun, contacts: Contacts) -> int:
     if newton > 0 and poisson > 0:
         return event_run.MIXED
     contacts.poisson = 1 if poisson > 0 else 0
+    if it.loads > 0:
+        return collided_under_loads(it, contacts)
     run_by(it.colliding, contacts)
     return 0 if contacts.residual <= ACCEPTED else event_run.NO_IMPULSES
 

@@ -24,6 +24,7 @@ from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
+from ..legs.loaded_joints import check_blows
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
@@ -122,6 +123,7 @@ class _Run:
         )
         self._make_room()
         self.march = loop.code("motion.timestepping.moreau", "march")
+        check_blows(kernels.model, blows, "moves in time steps")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
         for time, one in timed:
