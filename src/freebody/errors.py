@@ -35,6 +35,10 @@ class ExpressionError(FreebodyError, ValueError):
     """Text that is not an expression of the system's names."""
 
 
+class DivisorError(ExpressionError, ZeroDivisionError):
+    """An expression divided by zero."""
+
+
 class TooManyTermsError(FreebodyError, ValueError):
     """A formula that would be too long to hold in memory or to compute; the message names it and the cure."""
 

@@ -151,6 +151,21 @@ def test_a_law_without_a_value_at_a_state_is_named(kind):
     assert issubclass(fb.errors.UndefinedError, ZeroDivisionError)  # callers that try states pass it
 
 
+def test_a_tyre_at_rest_in_a_formula_is_named():
+    """Its slips divide by the speed, which is zero beside a formula of the steering angle."""
+    s = fb.System("car")
+    s.parameters(delta="1deg")
+    car, front = s.body("car", fb.box(1000, (3, 1.5, 0.3))), s.body("front", fb.particle(0))
+    s.planar("road", s.ground, car, coordinate="x y psi")
+    s.hinge("steering", car, front, at=(1.2, 0, 0), axis="z", coordinate="delta")
+    s.tyre("front_tyre", front, axis="y", lateral=12, load=5000, normal="z")
+    with pytest.raises(
+        fb.errors.UndefinedError,
+        match="Tyre 'front_tyre' has no value at this state: .* speeds other than zero",
+    ):
+        fb.linearize(s)
+
+
 def test_a_function_is_no_law_of_a_spring():
     s = machine()
     with pytest.raises(

@@ -135,3 +135,59 @@ def test_a_joint_that_presses_itself_by_more_than_its_load_jams():
     assert stepped.at(0.01)["x'"] == pytest.approx(0, abs=1e-12)
     run, s = SimpleNamespace(failure=JAMMED), beside(0.51)
     assert "'beside' jam at t = 1 s" in failure(run, fb.assemble(s), {}, 1.0, np.zeros(2))
+
+
+def door(d, law, **joint):
+    """A door on a rough pin, seen from above, and a ball that flies towards it at a distance d from the pin."""
+    s = fb.System("door")
+    bar, ball = s.body("door", fb.slender_bar(3, 1, axis="y")), s.body("ball", fb.sphere(0.5, 0.1))
+    pin = s.hinge("pin", s.ground, bar, to=(0, -0.5, 0), axis="z", coordinate="turn")
+    s.friction("dry", pin, coefficient=0.75, radius=0.1, **joint)
+    s.slider("rail", s.ground, ball, at=(0, d, 0), axis="x", coordinate="x")
+    s.contact("hit", ball.sphere(0.1), bar.plane(normal="-x"), restitution=0.5, impact=law)
+    return s
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("d", [0.9, 0.4])
+def test_the_impulse_of_friction_of_a_door_that_is_hit(law, d):
+    """I ω = Λ d - ρ |F|,  F = m (L/2) ω - Λ,  ρ = r sin φ;   v⁺ - ω d = -e v₀,  m_b (v₀ - v⁺) = Λ.
+
+    Beyond the centre of percussion F has the sense of the blow, else the other one.
+    """
+    s, m, L, m_b, v0, e = door(d, law), 3, 1, 0.5, 2, 0.5
+    motion = fb.simulate(s, 0.1, initial={"x": -0.1, "x'": v0})
+    rho, sense = friction_circle(0.75, 0.1), 1 if d > 2 * L / 3 else -1
+    ratio = (m * L**2 / 3 + rho * sense * m * L / 2) / (d + rho * sense)  # Λ/ω
+    w = (1 + e) * v0 / (d + ratio / m_b)
+    assert sense * (m * L / 2 * w - ratio * w) > 0
+    hit = motion.events[0].after
+    assert hit["turn'"] == pytest.approx(-w, rel=1e-12)
+    assert hit["x'"] == pytest.approx(v0 - ratio * w / m_b, rel=1e-12)
+    assert motion.energy.relative_residual < 1e-10 and np.diff(motion.energy.impulses).max() <= 1e-15
+
+
+def test_a_hit_within_the_circle_of_friction_moves_nothing():
+    """|Λ d| <= r sin φ |Λ|: the door stays, and the ball comes back with e of its speed."""
+    motion = fb.simulate(door(0.05, "newton"), 0.2, initial={"x": -0.1, "x'": 2})
+    assert friction_circle(0.75, 0.1) > 0.05
+    assert np.abs(motion["turn"]).max() < 1e-15
+    assert motion["x'"][-1] == pytest.approx(-1, rel=1e-12)
+    with pytest.raises(
+        fb.FreebodyError, match="collide, one after another or in a loop of joints.*'simultaneous'"
+    ):
+        fb.simulate(door(0.05, "newton"), 0.2, initial={"x": -0.1, "x'": 2}, impacts="sequential")
+
+
+@pytest.mark.parametrize("d", [0.9, 0.4, 0.05])
+def test_the_impulse_of_friction_in_a_blow(d):
+    """I ω = P d - ρ |F|,  F = m (L/2) ω - P; within the circle of friction the door stays."""
+    s, m, L, P = door(1, "newton"), 3, 1, 2
+    blow = fb.blow(0.1, at=s.bodies["door"].point(0, d - 0.5, 0), impulse=(P, 0, 0))
+    motion = fb.simulate(s, 0.2, initial={"x": -5}, impulses=[blow])
+    rho, sense = friction_circle(0.75, 0.1), 1 if d > 2 * L / 3 else -1
+    w = P * max(d + rho * sense, 0) / (m * L**2 / 3 + rho * sense * m * L / 2)
+    told = motion.events[0]
+    assert told.after["turn'"] == pytest.approx(-w, rel=1e-12, abs=1e-15)
+    assert ("no speed changes" in str(told)) == (d < rho)
+    assert motion.energy.relative_residual < 1e-10

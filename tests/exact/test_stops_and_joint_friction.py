@@ -191,3 +191,31 @@ def test_a_stop_and_friction_in_one_joint():
     assert motion["th"][-1] == pytest.approx(-math.pi / 3, abs=1e-9)
     assert abs(motion["th'"][-1]) < 1e-12
     assert motion.indeterminate == ("N_bumper_low", "T_dry")
+
+
+def test_a_stop_that_bears_nothing_any_more_leaves_the_friction_to_hold():
+    """As a force of 2 cos t turns away from the stop, stop and friction bear zero: round-off decides nothing."""
+    s = fb.System("cart")
+    cart = s.body("cart", fb.particle(1))
+    guide = s.slider("guide", s.ground, cart, axis="x", coordinate="x")
+    s.force("push", cart.origin, ("2*cos(t)", 0, 0))
+    s.stop("end", guide, high=0)
+    s.friction("dry", guide, force=3, static=3.5)
+    motion = fb.simulate(s, 6)
+    assert np.abs(motion.states).max() == 0
+    assert set(motion.contacts["dry"].mode) == {"stick"}
+
+
+def test_a_stop_that_does_not_rebound_takes_part_in_an_impact_by_poissons_law():
+    """A block reaches its stop as a ball hits it: the stop takes all, and e of the ball's impulse comes back."""
+    s = fb.System("block and ball")
+    block, ball = s.body("block", fb.box(3, (0.2, 0.2, 0.2))), s.body("ball", fb.sphere(1, 0.1))
+    guide = s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.slider("rail", s.ground, ball, axis="x", coordinate="y")
+    s.stop("end", guide, high=0)
+    back = block.plane(at=(-0.1, 0, 0), normal="-x")
+    s.contact("hit", ball.sphere(0.1), back, restitution=0.5, impact="poisson")
+    motion = fb.simulate(s, 2, initial={"x": -1, "x'": 1, "y": -2.2, "y'": 2})
+    assert [event.time for event in motion.events][:1] == [pytest.approx(1, abs=1e-12)]
+    assert motion["y'"][-1] == pytest.approx(-1, abs=1e-12)
+    assert motion["x'"][-1] == pytest.approx(0, abs=1e-12)

@@ -93,6 +93,39 @@ def test_scenes_in_space(seed):
     check(*space_scene(seed), 2.0, seed)
 
 
+def test_disks_that_meet_and_would_be_apart_again_within_a_step():
+    """The third disk bounces off the second, and would fall through it between two points of a step of 1.6 s."""
+    s = fb.System("corner")
+    s.gravity = (0, -G, 0)
+    walls = [("f", "y", 0), ("w", "x", 0), ("v", "-x", 1.46)]
+    sides = [(name, s.ground.plane(at=(at, 0, 0), normal=normal)) for name, normal, at in walls]
+    law = {"friction": 0.4, "restitution": 0.25, "impact": "poisson"}
+    disks = []
+    for k, (m, R) in enumerate(
+        zip((1.196428, 0.768612, 1.125997), (0.188276, 0.150541, 0.19137), strict=True)
+    ):
+        body = s.body(f"d{k}", fb.disk(m, R))
+        s.planar(f"p{k}", s.ground, body, coordinate=f"x{k} y{k} w{k}")
+        for name, side in sides:
+            s.contact(f"{name}{k}", body.circle(R), side, **law)
+        for j, other in enumerate(disks):
+            s.contact(f"c{j}{k}", body.circle(R), other, **law)
+        disks.append(body.circle(R))
+    start = {
+        "x0": 0.3,
+        "y0": 0.637636,
+        "x0'": -0.206663,
+        "w0'": 4.065329,
+        "x1": 0.72,
+        "y1": 0.605033,
+        "x1'": 0.782242,
+    }
+    start |= {"w1'": -11.82576, "x2": 1.14, "y2": 0.80969, "x2'": 1.319755, "w2'": -11.496556}
+    motion = fb.simulate(s, 2, initial=start)
+    assert motion.status == "finished" and motion.energy.relative_residual < 1e-8
+    assert min(one.gap.min() for one in motion.contacts.values()) > -1e-12
+
+
 def motions(problem):
     """All sets of modes that satisfy the laws of a contact problem of the loop, by trying each."""
     contacts = []

@@ -89,7 +89,7 @@ def test_forces_balance_the_accelerations(seed):
     np.testing.assert_allclose(given, needed, atol=1e-8 * np.abs(needed).max())
 
 
-def loaded_chain(rng):
+def loaded_chain(rng, falling="0.3 + 0.2*exp(-slip/0.4)", static=0.5):
     """Two pins and a guide in space whose loads bound their friction, one of the pins borne at two places."""
     s = fb.System("chain")
     s.gravity = tuple(rng.normal(size=3) * 5)
@@ -103,8 +103,8 @@ def loaded_chain(rng):
     slide = s.body("slide", fb.particle(0.5))
     guide = s.slider("guide", links[1], slide, at=(0, 0, -0.25), axis="z", coordinate="z")
     s.spring("k", guide, stiffness=20)
-    s.friction("dry0", first, coefficient="0.3 + 0.2*exp(-slip/0.4)", radius=0.03, length=0.4)
-    s.friction("dry1", joint, coefficient=0.3, static=0.5, radius=0.04)
+    s.friction("dry0", first, coefficient=falling, radius=0.03, length=0.4)
+    s.friction("dry1", joint, coefficient=0.3, static=static, radius=0.04)
     s.friction("rub", guide, coefficient=0.2)
     return s
 
@@ -154,3 +154,21 @@ def axes(s, motion, joint, axis):
         R = np.array(rotation(model, state, links[0]), dtype=float)
         result.append(R @ np.array(v if axis else w, dtype=float))
     return np.array(result)
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))])
+def test_impacts_of_joints_under_load_are_the_limit_of_time_steps(seed):
+    """The friction of pins and guides takes part in the impact of a stop, and never gives energy."""
+    rng = np.random.default_rng(seed)
+    s = loaded_chain(rng, 0.4, None)
+    s.stop("end", s.joints["h1"], low=-0.5, high=0.5, restitution=0.3)
+    start = {"q0": 0.3, "q1": -0.4, "z": 0.05, "q0'": 1.0, "q1'": float(rng.choice([-8, 8]))}
+    motion = fb.simulate(s, 0.15, initial=start, tolerance=1e-10)
+    assert any("end" in str(event) and "impact" in str(event) for event in motion.events)
+    assert motion.energy.relative_residual < 1e-7 and np.diff(motion.energy.impulses).max() <= 0
+    assert (np.diff(motion.energy.friction) <= 1e-9).all()
+    errors = []
+    for h in (1e-3, 1e-4):
+        steps = fb.simulate(s, 0.15, initial=start, method="timestepping", step=h)
+        errors.append(np.abs(steps.states[-1] - motion.states[-1, : steps.states.shape[1]]).max())
+    assert errors[1] < 0.2 * errors[0] < 0.05

@@ -211,7 +211,7 @@ def answer(part: Part, question: Callable[[], Any]) -> Any:
         return question()
     except ZeroDivisionError as error:
         # the check of a user's kind names the line
-        if isinstance(error, FreebodyError) or is_own(part):
+        if isinstance(error, UndefinedError) or is_own(part):
             raise
         raise UndefinedError(
             f"{part.heading} has no value at this state: its law divides by zero there. Choose a state at which it has "

@@ -7,6 +7,8 @@ with the force F and the moment M of the joint across its axis n.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..describe.loads.action import JointForce
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, divide, dot, scale, subtract
@@ -27,15 +29,19 @@ def bearing_loads(model: Model, state: State, moving: Motion) -> list[Scalar]:
         law = contact.law
         if law is None or not contact.loaded:
             continue
-        force, moment = found[law.joint.name]
-        i = joint_link(model, JointForce(law.joint, 1, law.index))
-        w, v = state.subspace(i)
-        n = apply(rotation(model, state, i), w if law.turns else v)
-        across = subtract(force, scale(dot(n, force), n))
-        places: tuple[Vector, Vector] = (across, ZERO)
-        if law.length is not None:
-            couple = scale(divide(1, state(law.length)), cross(moment, n))
-            half = scale(divide(1, 2), across)
-            places = add(half, couple), subtract(half, couple)
-        result += [state(law.arm), *places[0], *places[1]]
+        result += shared(model, state, law, *found[law.joint.name])
     return result
+
+
+def shared(model: Model, state: State, law: Any, force: Vector, moment: Vector) -> list[Scalar]:
+    """Return the lever of the friction of a bearing, and the shares of a force and a moment at its two places."""
+    i = joint_link(model, JointForce(law.joint, 1, law.index))
+    w, v = state.subspace(i)
+    n = apply(rotation(model, state, i), w if law.turns else v)
+    across = subtract(force, scale(dot(n, force), n))
+    places: tuple[Vector, Vector] = (across, ZERO)
+    if law.length is not None:
+        couple = scale(divide(1, state(law.length)), cross(moment, n))
+        half = scale(divide(1, 2), across)
+        places = add(half, couple), subtract(half, couple)
+    return [state(law.arm), *places[0], *places[1]]

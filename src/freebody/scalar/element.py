@@ -9,7 +9,7 @@ from typing import Any
 
 from flint.utils.flint_exceptions import IncompatibleContextError
 
-from ..errors import ExpressionError
+from ..errors import DivisorError, ExpressionError
 from .algebra import Scalar, exact_constant
 from .budget import FREE
 
@@ -160,7 +160,7 @@ class Polynomial:
             if other is NotImplemented:
                 return other
             if other == 0:
-                raise ExpressionError(f"Expected a divisor that is not zero in ({self}) / 0.")
+                raise DivisorError(f"Expected a divisor that is not zero in ({self}) / 0.")
             return _scaled(self, 1 / Fraction(other))
         return self.ring.quotient(self, other)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from flint.utils.flint_exceptions import DomainError
 
-from ..errors import ExpressionError
+from ..errors import DivisorError, ExpressionError
 from .element import Polynomial, element
 from .roots import is_positive, with_sines
 
@@ -24,7 +24,7 @@ def quotient(ring: Any, a: Any, b: Any) -> Any:
 
 def _quotient(ring: Any, a: Any, b: Any) -> Any:
     if not b:
-        raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
+        raise DivisorError(f"Expected a divisor that is not zero in ({a}) / 0.")
     if b.num.is_constant():
         return a * (1 / Fraction(b.number()))
     if not a:

@@ -14,7 +14,7 @@ from fractions import Fraction
 from math import gcd
 from typing import Any
 
-from ..errors import ExpressionError
+from ..errors import DivisorError
 from .algebra import Scalar
 from .element import Polynomial, element
 
@@ -94,7 +94,7 @@ class Ratio:
         if other is NotImplemented:
             return other
         if other.num == 0:
-            raise ExpressionError(f"Expected a divisor that is not zero in ({self}) / 0.")
+            raise DivisorError(f"Expected a divisor that is not zero in ({self}) / 0.")
         return Ratio(self.ring, self.num * other.den, self.den * other.num)
 
     def __rtruediv__(self, other: Scalar) -> Scalar:
@@ -203,7 +203,7 @@ def _reduced(ring: Any, a: Scalar, b: Scalar) -> tuple[Scalar, Scalar]:
     if a == 0:
         return 0, 1
     if b == 0:
-        raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
+        raise DivisorError(f"Expected a divisor that is not zero in ({a}) / 0.")
     a, b = _without_inverses(ring, a, b)
     if type(b) is not Polynomial or b.is_number:
         b = b.number() if type(b) is Polynomial else b

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...native.instructions import compiled, greater
+from ...native.instructions import Reals, compiled, greater
 from ...native.loop import made
 from .contacts import ACCEPTED, EXACT, Contacts
 from .solution import answer, find, lay_out, take
+from .uniqueness import is_held
 
 HALVINGS = 5
 """The restitution is halved up to four times, until the energy does not grow, and is zero at last."""
@@ -21,6 +22,7 @@ def rebounded(it: Contacts, part: float) -> float:
     problem = it.problem
     for i in range(problem.count):
         problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
+    bound(it, it.least)
     if it.poisson == 0:
         at = 0
         for k in range(it.contacts):
@@ -32,6 +34,8 @@ def rebounded(it: Contacts, part: float) -> float:
                 problem.b[at] += part * it.restitution[k] * it.given[it.at[k]]
     residual = answer(it)
     take(it)
+    for i in range(it.rows):
+        it.compressed[i] = it.forces[i]
     if it.poisson != 0:
         at = 0
         for k in range(it.contacts):
@@ -42,9 +46,23 @@ def rebounded(it: Contacts, part: float) -> float:
             problem.low[at] = greater(part * it.restitution[k] * problem.x[at], 0.0)
         for i in range(problem.count):
             problem.b[i] = it.after[it.place[i]]
+        bound(it, it.back)
         residual = greater(residual, answer(it))
         take(it)
     return residual
+
+
+@compiled
+def bound(it: Contacts, least: Reals) -> None:
+    """Let given normal forces, which bound friction and move nothing, act in the problem."""
+    at = 0
+    for k in range(it.contacts):
+        if it.presser[k] >= 0:
+            continue
+        while it.place[at] != it.at[k]:
+            at += 1
+        if is_held(it, k) != 0:
+            it.problem.low[at] = least[k]
 
 
 @compiled

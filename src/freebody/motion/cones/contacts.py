@@ -35,12 +35,12 @@ class Contacts(Record):
     ``at``, ``tangents``       first row and number of tangents of each contact
     ``friction``, ``static``   its kinetic and static coefficients
     ``slides``, ``way``        1 if it slides, and along which direction (two numbers)
-    ``least``                  its normal force that acts in any case
+    ``least``, ``back``        its normal force that acts in any case; in the expansion of an impact
     ``held``                   1 if that is given and moves nothing: friction of a joint, or of a compliant contact
     ``presser``                of what resists rolling or spinning, whose own normal row is zero: the contact before it
                                whose normal force, an unknown, bounds it; else -1
     ``tried``                  modes of two combinations (`combinations`)
-    ``given``                  c; speeds just before an impact
+    ``given``                  c; speeds just before an impact;  ``compressed``: impulses of its first part
     ``forces``, ``after``      λ and r
     ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact
     ``directions``             number of independent directions of A;  ``most``: limit of the rows
@@ -65,6 +65,7 @@ class Contacts(Record):
     friction: Annotated[Row, "k"]
     static: Annotated[Row, "k"]
     least: Annotated[Row, "k"]
+    back: Annotated[Row, "k"]
     held: Annotated[Wholes, "k"]
     presser: Annotated[Wholes, "k"]
     restitution: Annotated[Row, "k"]
@@ -74,6 +75,7 @@ class Contacts(Record):
     A: Annotated[Row, "square"]
     given: Annotated[Row, "most"]
     forces: Annotated[Row, "most"]
+    compressed: Annotated[Row, "most"]
     after: Annotated[Row, "most"]
     problem: ContactProblem
     newton: Newton

@@ -13,16 +13,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import compress
+from typing import Any
 
 import numpy as np
 
+from ...dynamics.bearing_loads import shared
+from ...dynamics.conditions.constraints import rows as conditions
+from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
-from ..legs.blow import Blow, strike
-from ..legs.loaded_joints import jammed, struck_load
+from ..legs.blow import Blow, happening_of, hit_by, speeds_after
+from ..legs.loaded_joints import check_blows, jammed, struck_load
 from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
@@ -125,12 +129,41 @@ def choose_features(work: ContactRun) -> None:
 
 def struck(work: ContactRun, blow: Blow) -> None:
     """Let a blow act. Approaching contacts then collide, as after any impact."""
-    it = work.it
-    after, gained, told = strike(work.kernels, work.values, it.t, np.array(it.y), blow)
-    it.y[:] = after
-    it.impulses += gained
+    it, kernels = work.it, work.kernels
+    before = np.array(it.y)
+    hit = hit_by(kernels, work.values, it.t, before, blow)
+    it.y[:] = speeds_after(kernels, before, hit)
+    it.impulses += float(hit.energy_change)
+    if it.loads > 0:
+        rub(work, blow, hit)
     it.bounces, it.stale = 0, 1
-    tell(work, told)
+    tell(work, happening_of(kernels, it.t, blow.name, before, np.array(it.y), hit.warnings))
+
+
+def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
+    """Let the friction of joints act in a blow, whose reactions press them."""
+    it, model = work.it, work.model
+    if conditions(model):
+        check_blows(model, [blow], "loops of joints or other constraints")
+    if blow.options["restitution"] is not None:
+        check_blows(
+            model, [blow], "the blow has a restitution of its own, of a surface that s.contact describes"
+        )
+    y = np.array(it.y)
+    state = float_state(
+        model, y[: model.n_q].tolist(), y[model.n_q :][: model.n_u].tolist(), it.t, work.values
+    )
+    blown: list[Any] = []
+    for law in (contact.law for contact in model.contacts if contact.loaded):
+        reaction = hit.reactions[law.joint.name]
+        blown += shared(model, state, law, reaction.impulse, reaction.moment)
+    if work.memory.problem.most < it.rows:
+        work.memory.make_room(it.rows)
+    it.blown[:] = blown
+    why = code("rub")(it, work.memory.problem)
+    it.blown[:] = 0.0
+    if why != 0:
+        raise refusal(work, why)
 
 
 def tell(work: ContactRun, told: object) -> None:
@@ -236,8 +269,8 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     if why == event_run.LOADED_IMPACT:
         return struck_load(
             work.model,
-            f"{impact}Contacts {names} collide.",
-            "Take method='timestepping', or give the joint torque= or force=.",
+            f"{impact}Contacts {names} collide, one after another or in a loop of joints.",
+            "Take impacts='simultaneous', for loops method='timestepping', or give the joint torque= or force=.",
         )
     if why == event_run.JAMMED:
         return jammed(work.model, t)

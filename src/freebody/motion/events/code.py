@@ -14,6 +14,7 @@ _CALLED = (
     "break_off",
     "log_crossing",
     "strike",
+    "rub",
     "find_closed",
     "choose_all",
     "decide",

@@ -117,8 +117,6 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     status = collide(it, contacts)
     if status != 0:
         return status
-    if it.hit != 0 and it.loads > 0:
-        return event_run.LOADED_IMPACT
     it.stage = event_run.SETTLE
     # slips begin and stop in turn: one of two events that follow each other has one
     crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2 and slow_slips(it) > 0
@@ -265,6 +263,10 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     phase = PhaseData(it.phase)
     for k in range(it.contacts):
         phase.band[k] = band_of(it, k)
+    for i in range(phase.endings):  # two that fly may meet and be apart again between two points of a step
+        k = it.ending[i]
+        flies = phase.law[i] == laws.GAP and it.mode[k] == laws.OPEN and it.dead[k] == 0
+        run.search.unjudged[it.events + i] = 0 if flies else 1
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t

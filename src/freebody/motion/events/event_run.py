@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from ...dynamics.bearing_loads import LOADED
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..ending import End
 from ..phase.laws import STOPPED
@@ -73,7 +74,7 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     MIXED,  # contacts of both laws collide at once
     NO_IMPULSES,
     SEQUENCE,  # sequential impacts do not end
-    LOADED_IMPACT,  # contacts collide, and the load of a joint bounds its friction
+    LOADED_IMPACT,  # contacts collide in sequence, or in a loop, and the load of a joint bounds its friction
     JAMMED,  # the load of a joint grows with the friction that it bounds
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
@@ -125,7 +126,8 @@ class EventRun(Record):
     ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
-                                  load at the last decision
+                                  load at the last decision;  ``unstruck``: forces of these joints without an impact;
+                                  ``blown``: impulses of a blow on them
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``                     where the loop goes on
@@ -200,6 +202,8 @@ class EventRun(Record):
     loaded: Annotated[Wholes, "contacts"]
     loads: Count
     load: Annotated[Row, "contacts"]
+    unstruck: Annotated[Row, "of_bearings"]
+    blown: Annotated[Row, "of_bearings"]
     turned: Count
     quaternions: Wholes
     ending: Wholes
@@ -331,7 +335,14 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     n = model.n_u
     seen = 9 * E + 2 * m + n + 2 * m * n
     it = EventRun.made(
-        n_q=model.n_q, n=n, n_y=n_y, contacts=E, rows=m, seen_size=seen, bounce_flags=BOUNCES * E
+        n_q=model.n_q,
+        n=n,
+        n_y=n_y,
+        contacts=E,
+        rows=m,
+        seen_size=seen,
+        bounce_flags=BOUNCES * E,
+        of_bearings=LOADED * len(scene.loaded),
     )
     at = 0
     for name, size in (

@@ -29,6 +29,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, impelled
+from .loaded_impacts import append_loaded, collided_under_loads
 from .log import begin, end, mark, note, note_all
 from .moment import (
     choose,
@@ -86,6 +87,8 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
+        elif it.held[it.chosen[i]] != 0 and impact == 0:
+            contacts.given[contacts.at[i]] = rate_of_bound(contacts, i)
 
 
 @compiled
@@ -111,6 +114,16 @@ def press(contacts: Contacts, r: int, force: float) -> None:
     for a in range(m):
         contacts.A[r * m + a] = 0.0
     contacts.given[r] = size
+
+
+@compiled
+def rate_of_bound(contacts: Contacts, i: int) -> float:
+    """Return the greatest rate that the bounded friction of a joint gives its tangent.
+
+    It stands in its normal row, which moves nothing: beside it others are judged, where all of them vanish in balance.
+    """
+    r = contacts.at[i] + contacts.tangents[i]
+    return contacts.static[i] * contacts.least[i] * contacts.A[r * contacts.rows + r]
 
 
 @compiled
@@ -164,11 +177,33 @@ def strike(it: EventRun, contacts: Contacts) -> int:
             it.hit = 1
     if it.hit == 0:
         return 0
+    if it.loads > 0 and (it.sequential != 0 or PhaseData(it.looking).own > 0):
+        return event_run.LOADED_IMPACT
+    if it.loads > 0:
+        append_loaded(it)
     gather(it, contacts, 1)
     contacts.still = it.still
     status = one_by_one(it, contacts) if it.sequential != 0 else together(it, contacts)
     for a in range(contacts.rows):
         it.whole[it.list[a]] = contacts.forces[a]
+    return status
+
+
+@compiled
+def rub(it: EventRun, contacts: Contacts) -> int:
+    """Let the friction of joints under the load ``blown`` of a blow act. Return a reason to stop, or 0."""
+    look(it)
+    it.count, contacts.poisson, contacts.still = 0, 0, it.still
+    append_loaded(it)
+    gather(it, contacts, 1)
+    for i in range(it.count):
+        contacts.restitution[i] = 0.0
+    status = collided_under_loads(it, contacts)
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    for a in range(contacts.rows):
+        it.whole[it.list[a]] = contacts.forces[a]
+    move_speeds(it)
     return status
 
 
@@ -204,11 +239,14 @@ def together(it: EventRun, contacts: Contacts) -> int:
     for i in range(it.count):
         k = it.chosen[i]
         contacts.restitution[i] = it.coefficients[4 * k + 2]
-        if normal_speed(it, k) < -it.still:
+        # both laws are the same one for a contact that does not rebound
+        if normal_speed(it, k) < -it.still and contacts.restitution[i] > 0.0:
             newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
     if newton > 0 and poisson > 0:
         return event_run.MIXED
     contacts.poisson = 1 if poisson > 0 else 0
+    if it.loads > 0:
+        return collided_under_loads(it, contacts)
     run_by(it.colliding, contacts)
     return 0 if contacts.residual <= ACCEPTED else event_run.NO_IMPULSES
 

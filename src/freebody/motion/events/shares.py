@@ -53,8 +53,13 @@ def impulses_decide(it: EventRun, contacts: Contacts) -> int:
         at, n, r = contacts.at[i], contacts.tangents[i], it.first[it.chosen[i]]
         if contacts.forces[at] <= SAME * most or contacts.friction[i] == 0.0:
             n = 0
+        held = (
+            contacts.held[i] != 0 and contacts.presser[i] < 0
+        )  # a given bound of friction, which has no share
+        if held and largest(contacts.after[at + 1 :], n) > SAME * fastest:
+            continue
         if contacts.forces[at] > SAME * most:
-            if contacts.presser[i] < 0:
+            if contacts.presser[i] < 0 and not held:
                 normal, count = count, add_row(it, count, r, 0.0)
             if n > 0 and largest(contacts.after[at + 1 :], n) > SAME * fastest:
                 for j in range(n):

@@ -177,7 +177,7 @@ def _course(
             read.reals("works", (steps, 2)), read.reals("corrections", (steps, model.n_q)), modes,
             _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
-        stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping)))
+        stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping) if x.name in about))
         return InSteps(kernels, values, path, impulses, stepping, (first, tangents))
     if kind not in ("smooth", "phases"):
         raise ValueError(f"its kind is {kind!r}")

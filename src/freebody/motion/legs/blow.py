@@ -132,7 +132,7 @@ def scheduled(
     kernels: Kernels, numbers: Mapping[str, float], blows: Sequence[Blow], begin: float, end: float
 ) -> tuple[list[tuple[float, Blow]], list[Blow]]:
     """Return (time, blow) of blows at given times, in order, and the blows that events call for."""
-    check_loads(kernels.model, blows)
+    check_loads(kernels.model)
     called = [blow for blow in blows if located(kernels, blow)]
     timed = [
         (number(kernels.model, numbers, blow.when, f"the time of '{blow.name}'"), blow)
@@ -231,6 +231,13 @@ def strike(
     kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blow: Blow
 ) -> tuple[Any, float, Happening]:
     """Return the state after a blow, its work, and its event."""
+    hit = hit_by(kernels, numbers, t, y, blow)
+    after = speeds_after(kernels, y, hit)
+    return after, float(hit.energy_change), happening_of(kernels, t, blow.name, y, after, hit.warnings)
+
+
+def hit_by(kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blow: Blow) -> Any:
+    """Return the result of a blow on a machine in a state, without contacts."""
     from ...symbolic.equations import Equations
     from .impulse import impulse as struck  # imports all rooms of equations
 
@@ -239,23 +246,22 @@ def strike(
     names = [*model.coordinate_names, *model.speed_names]
     before = dict(zip(names, y.tolist(), strict=False))
     try:
-        hit = struck(unresisted, initial=before, values=numbers, t=t, **blow.options)
+        return struck(unresisted, initial=before, values=numbers, t=t, **blow.options)
     except ModelError as error:
         raise SimulationError(f"The blow '{blow.name}' at t = {t:.9g} s is impossible: {error}") from None
-    after = y.copy()
+
+
+def speeds_after(kernels: Kernels, y: Any, hit: Any) -> Any:
+    """Return a state with the speeds after a blow."""
+    model, after = kernels.model, y.copy()
     after[model.n_q : model.n_q + model.n_u] = [hit.after[name] for name in model.speed_names]
-    jumps = ", ".join(
-        f"{name} {hit.before[name]:.6g} → {hit.after[name]:.6g}"
-        for name in model.speed_names
-        if hit.after[name] != hit.before[name]
-    )
-    happening = Happening(
-        t,
-        blow.name,
-        0,
-        before,
-        f"{blow.name}: {jumps or 'no speed changes'}",
-        dict(zip(names, after.tolist(), strict=False)),
-        hit.warnings,
-    )
-    return after, float(hit.energy_change), happening
+    return after
+
+
+def happening_of(kernels: Kernels, t: float, name: str, y: Any, after: Any, warnings: Any) -> Happening:
+    """Return the event of a blow with the states before and after it."""
+    model = kernels.model
+    names = [*model.coordinate_names, *model.speed_names]
+    first, last = (dict(zip(names, state.tolist(), strict=False)) for state in (y, after))
+    jumps = ", ".join(f"{u} {first[u]:.6g} → {last[u]:.6g}" for u in model.speed_names if last[u] != first[u])
+    return Happening(t, name, 0, first, f"{name}: {jumps or 'no speed changes'}", last, warnings)

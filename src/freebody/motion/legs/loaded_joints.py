@@ -34,14 +34,18 @@ def struck_load(model: Model, what: str, cure: str) -> SimulationError:
     )
 
 
-def check_loads(model: Model, blows: Sequence[Any]) -> None:
-    """Refuse blows, and families of contacts, beside friction under the load of joints."""
-    names = frictions(model)
-    if names and blows:
+def check_blows(model: Model, blows: Sequence[Any], why: str) -> None:
+    """Refuse blows beside friction under the load of joints, for a reason."""
+    if frictions(model) and blows:
         raise struck_load(
-            model, f"'{model.name}' has a blow, '{blows[0].name}'.",
+            model, f"'{model.name}' has a blow, '{blows[0].name}', and {why}.",
             "Give the joint torque= or force=, or let a short force act in place of the blow.",
         )  # fmt: skip
+
+
+def check_loads(model: Model) -> None:
+    """Refuse families of contacts beside friction under the load of joints."""
+    names = frictions(model)
     if names and model.families:
         raise SimulationError(
             f"'{model.name}' has contacts in families, '{model.families[0].name}', whose forces are not among the "

@@ -52,7 +52,7 @@ def find_events(run: Run) -> int:
         points = tabulate(run)
         unknown = doubt(run, points)
     reach, culprit = search.reach, search.culprit
-    if unknown >= 1.0 and reach > 1.0:
+    if unknown >= 1.0 and reach > 1.0 and culprit < n - search.guarded:
         search.unresolved += 1
         if search.unresolved > MOST:
             search.reach, search.seen = search.seen, 1.0
@@ -139,8 +139,8 @@ def tabulate(run: Run) -> int:
 
 @part
 def doubt(run: Run, points: int) -> float:
-    """Return how far the points of the window fall short of showing where the functions that are not guarded have
-    zeros: 1 or more if they do not show it.
+    """Return how far the points of the window fall short of showing where the functions that are judged have zeros: 1
+    or more if they do not show it.
 
     The polynomial through the values at the ends of the equal parts is in error by r: the value in the middle by
     Δ⁸ / 70, that at MARGIN by its distance from the value there, which shows vibrations in step with the points. Where
@@ -150,7 +150,9 @@ def doubt(run: Run, points: int) -> float:
     search, table, worst = run.search, run.search.table, 0.0
     if points < PARTS + 2:
         return 1.0
-    for e in range(search.count - search.guarded):
+    for e in range(search.count):
+        if search.unjudged[e] != 0:
+            continue
         near, far, crossed = abs(table[0, e]), 0.0, 0
         clear = greater(near, abs(table[1, e]))
         for k in range(1, points + 1):

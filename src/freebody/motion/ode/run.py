@@ -48,8 +48,8 @@ class Search(Record):
 
     ``zero_x``, ``zero_number``, ``zero_sign``    events of the step in order of time: fraction of the step, number of
                                                   the function, sign after the zero
-    ``guarded``              number of functions, the last ones, which the loop from event to event guards by itself, so
-                             that a search need not show how they run
+    ``guarded``              number of functions, the last ones, which the loop from event to event guards by itself
+    ``unjudged``             1 for each function of which a search need not show how it runs between its points
     ``reach``, ``culprit``   fraction of the step up to which all required functions have values (2: all of it), and the
                              function without a value
     ``seen``, ``span``       fraction of the step that has been searched (1 between two steps), and length of the next
@@ -65,6 +65,7 @@ class Search(Record):
     c: Row
     count: Count
     guarded: Count
+    unjudged: Annotated[Wholes, "count"]
     reach: Real
     seen: Real
     span: Real

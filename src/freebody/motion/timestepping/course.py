@@ -101,6 +101,7 @@ class Stepping:
     residual: float
     depth: float
     sweeps: float
+    reduced: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@
                         with the normal forces of compliant contacts N(q_M, u) in f
     3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M:
                         0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺)
+                        with the greatest part of e for which the contacts do no work (`gains`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
     5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, φ = 0
 
@@ -31,8 +32,10 @@ import math
 
 from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
+from ..cones.collision import HALVINGS
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, LINE, NORMAL
+from ..cones.contacts import EXACT
 from ..cones.islands import Islands
 from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
@@ -114,6 +117,48 @@ def midpoint(run: Run, t: float) -> int:
 
 @compiled
 def velocities(run: Run, islands: Islands, t: float) -> int:
+    """Find free speeds and impulses with the greatest part of the restitution that makes no energy; return a failure
+    or NONE.
+
+    It is halved as that of an impact between events is (`cones.collision`). Where no impulses obey the law, there is
+    none either.
+    """
+    failure, turn = balanced(run, islands, t), 0
+    while turn <= HALVINGS and failure == NONE and gains(run) != 0:
+        turn += 1
+        for a in range(run.problem.count):
+            run.contacts.rebound[a] = 0.5 * run.contacts.rebound[a] if turn < HALVINGS else 0.0
+        failure = balanced(run, islands, t)
+    if failure == NONE:
+        run.reduced += 1 if turn > 0 else 0
+        run.residual = greater(run.residual, run.problem.residual)
+    return failure
+
+
+@compiled
+def gains(run: Run) -> int:
+    """Return 1 if contacts of which some rebound do work: Λ·(v⁻ + v⁺)/2 and Λ·(v_free + v⁺)/2, else 0.
+
+    The first is the energy of an impact, but a load that turns a speed within the step has its part in it; the second
+    is that of the contact forces beside the loads, which is negative where none rebounds.
+    """
+    contacts, problem = run.contacts, run.problem
+    rebounds, between, beside, size = 0, 0.0, 0.0, 0.0
+    for a in range(problem.count):
+        before, free, after, x = contacts.before[a], problem.b[a], problem.r[a], 0.5 * problem.x[a]
+        if problem.kinds[a] == NORMAL:
+            free -= contacts.rebound[a] * before
+            after -= contacts.rebound[a] * before
+            rebounds += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
+        between += x * (before + after)
+        beside += x * (free + after)
+        size += abs(x) * (abs(before) + abs(free) + abs(after))
+    small = greater(EXACT, problem.residual) * size
+    return 1 if rebounds > 0 and between > small and beside > small else 0
+
+
+@compiled
+def balanced(run: Run, islands: Islands, t: float) -> int:
     """Find free speeds and impulses in which loads, constraints and contacts agree; return a failure or NONE."""
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
@@ -158,7 +203,6 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         changes += 1
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
         goal = lesser(goal, greater(run.tolerance, 0.1 * size))
-    run.residual = greater(run.residual, problem.residual)
     return NONE
 
 

@@ -171,6 +171,7 @@ class Run(Record):
                            ``log_end``: their number after each step
     ``blow``               generalized impulse J of blows in the next step
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
+    ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
@@ -189,6 +190,7 @@ class Run(Record):
     failure: Whole
     residual: Real
     sweeps: Whole
+    reduced: Whole
     depth: Real
     overlap: Real
     constraints: Count

@@ -24,6 +24,7 @@ from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
+from ..legs.loaded_joints import check_blows
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
@@ -122,6 +123,7 @@ class _Run:
         )
         self._make_room()
         self.march = loop.code("motion.timestepping.moreau", "march")
+        check_blows(kernels.model, blows, "moves in time steps")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
         for time, one in timed:
@@ -306,11 +308,8 @@ class _Run:
                 self.pairs *= 2
                 self._make_room()
                 between.halt.watch(self.memory.problem, self.islands.part)
-                self.memory.residual, self.memory.depth, self.memory.sweeps = (
-                    run.residual,
-                    run.depth,
-                    run.sweeps,
-                )
+                for measure in ("residual", "depth", "sweeps", "reduced"):
+                    setattr(self.memory, measure, getattr(run, measure))
                 self.memory.contacts.kept[:] = run.contacts.kept
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
@@ -389,8 +388,7 @@ class _Run:
         )  # fmt: skip
         run = self.memory
         sweeps = run.sweeps / max(self.done, 1)
-        course = InSteps(
-            self.kernels, dict(self.values), path, did, Stepping(h, run.residual, run.depth, sweeps),
-            (self.first, self.tangents),
-        )  # fmt: skip
+        stepping = Stepping(h, run.residual, run.depth, sweeps, run.reduced)
+        layout = self.first, self.tangents
+        course = InSteps(self.kernels, dict(self.values), path, did, stepping, layout)
         return Trajectory(*self.problem.outcome(path), course=course)

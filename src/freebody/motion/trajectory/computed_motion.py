@@ -362,6 +362,14 @@ class ComputedMotion:
         """Mean number of sweeps per time step."""
         return float(self._of_steps("sweeps"))
 
+    @property
+    def reduced(self) -> int:
+        """Number of time steps in which contacts rebounded by less than Newton's law of restitution says.
+
+        With friction the law would have made energy there (Kane), as in an impact whose event says so.
+        """
+        return int(self._of_steps("reduced"))
+
     def _of_steps(self, name: str) -> float:
         """Return a measure of a motion in time steps."""
         if self.course.stepping is None:

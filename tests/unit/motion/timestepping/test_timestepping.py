@@ -293,3 +293,22 @@ def test_ten_boxes_in_space_stay_on_their_forty_corners():
     motion = fb.simulate(s, 100, initial=start, method="timestepping", step=0.01)
     assert np.abs(motion.path.states - motion.path.states[0]).max() < 1e-9
     assert motion.depth < 1e-9 and motion.residual <= 1e-12
+
+
+def test_newtons_law_that_would_make_energy_has_less_restitution():
+    """A rod of Kane: elastic and rough. Steps tend to the motion between events, and never gain by an impact."""
+    s = fb.System("rod")
+    s.gravity = (0, -9.81, 0)
+    rod = s.body("rod", fb.slender_bar(1, 0.6, axis="x"))
+    s.planar("rail", s.ground, rod, coordinate="x y turn")
+    ends = rod.corners((-0.3, 0, 0), (0.3, 0, 0))
+    s.contact("ends", ends, s.ground.plane(normal="y"), friction=1, restitution=1)
+    start = {"y": 0.3, "turn": 0.8, "x'": 0.2, "y'": -1.0}
+    exact = fb.simulate(s, 0.1, initial=start)
+    assert any("restitution reduced to" in str(event) for event in exact.events)
+    errors = []
+    for h in (1e-3, 1e-4):
+        motion = fb.simulate(s, 0.1, initial=start, method="timestepping", step=h, samples=round(0.1 / h) + 1)
+        assert np.diff(motion.energy.impulses).max() <= 1e-12 and motion.reduced == 1
+        errors.append(np.abs(motion.states[-1] - exact.states[-1, :6]).max())
+    assert errors[1] < 0.2 * errors[0]
