@@ -27,10 +27,12 @@ from .placing import pose_attributes
 from .write_contacts import Contacts
 
 POINTS = "the format has forces along joints only; keep it in Python or in a .toml file"
+COUPLE = "the format has torques along joints only; use s.damper for the damping of a ball or free joint"
 CANNOT = {
     "screw": "the format has no screw; write the drive as a hinge",
     "path": "the format has no joint by functions",
     **dict.fromkeys(("spring", "damper"), POINTS),
+    "torque": COUPLE,
     "SpeedCondition": "the format has no conditions on speeds",
     "Rope": "the format has no ropes that are constraints; keep it in Python or in a .toml file",
     "Rolling": "the format has no rolling without slip; use a contact with friction",
@@ -38,10 +40,8 @@ CANNOT = {
 """Why MJCF cannot hold a kind of part; what is named here or in no other place is refused."""
 HIGHEST = 4
 """Degree of the polynomial of a joint equality."""
-DRAG = (
-    "a couple or force other than the damping -d w of a ball joint, or -d w and -d v of a free joint; "
-    + POINTS
-)
+DRAG = "a force other than the damping -d v of a free joint that has s.damper of the same d; " + POINTS
+LOOP = "its joint closes a loop; act on a joint of the tree"
 
 
 class Forces:
@@ -57,7 +57,8 @@ class Forces:
         self.sayings: dict[str, Callable[[Any], None]] = {
             "joint_spring": m.spring, "joint_damper": m.damper, "joint_friction": m.dry_friction, "stop": m.stop,
             "joint_effort": self._effort, "generalized_force": self._coordinate_force, "motor": self._motor,
-            "torque": self._drag, "force": self._drag, "Condition": self._condition, "Gear": self._gear,
+            "torsion_spring": self._torsion, "torsion_damper": self._turning, "force": self._sliding,
+            "Condition": self._condition, "Gear": self._gear,
             "ContactPair": self.contacts.add,
         }  # fmt: skip
 
@@ -73,7 +74,7 @@ class Forces:
                 self._couple(f"{motion.name}_follows", motion, leader, polynomial, motion.title)
         self.contacts.finish()
 
-    # -- damping of ball and free joints ------------------------------------------------------------
+    # -- springs and damping of ball and free joints --------------------------------------------------
 
     def damp(self) -> None:
         """Give ball and free joints their damping: the same against all their speeds."""
@@ -83,32 +84,60 @@ class Forces:
                 self.machine.refuse(next(iter(parts.values()))[0].title, DRAG)
             motion.damping = values.pop()
 
-    def _drag(self, part: Any) -> None:
-        """Take a couple -d w, or a force -d v at the joint's point, as the damping of a ball or free joint."""
+    def _drag(self, part: Any, motion: Motion, d: Any) -> None:
+        """Add to the damping of the turns, or of the displacements, of a joint."""
+        parts = self.drags.setdefault(motion.name, (motion, {}))[1]
+        parts[part.kind] = part, d + parts.get(part.kind, (part, 0))[1]
+
+    def _ball(self, part: Any) -> Motion | None:
+        """Return the ball of the joint on which a part acts."""
+        index = next(k for k, motion in enumerate(part.joint.primitives) if motion.quaternion >= 0)
+        motion = self.machine.motions.get((part.joint.name, index))
+        if motion is None or part.joint.closes:
+            self.machine.refuse(part.title, LOOP)
+            return None
+        return motion
+
+    def _torsion(self, part: Any) -> None:
+        """Add a spring along the rotation vector of a ball."""
+        m, motion = self.machine, self._ball(part)
+        if motion is None:
+            return
+        if motion.kind == "free":
+            m.refuse(part.title, "in the format the spring of a free joint acts along its displacement too")
+        elif part.rest != IDENTITY:
+            m.refuse(
+                part.title, "in the format it rests where the axes of the joint are parallel: turn parent_axes= of "
+                f"'{part.joint.name}' in place of rest=",
+            )  # fmt: skip
+        motion.stiffness += m.number(part.stiffness, part.title)
+
+    def _turning(self, part: Any) -> None:
+        """Add a damper of the turns of a joint."""
+        motion = self._ball(part)
+        if motion is not None:
+            self._drag(part, motion, self.machine.number(part.damping, part.title))
+
+    def _sliding(self, part: Any) -> None:
+        """Take a force -d v at the point of a free joint as the damping of its displacements."""
         for held in self.machine.of.values():
-            for motion in held.motions:
-                d = self._damping(part, held, motion)
+            own = (
+                [motion.kind for motion in held.motions] == ["free"]
+                and part.frame is part.point.body is held.body
+                and part.point.components == held.joint.to
+                and held.end.rotation.matrix == IDENTITY
+            )
+            if own:
+                d = self._slope(part, held.joint)
                 if d is not None:
-                    self.drags.setdefault(motion.name, (motion, {}))[1][part.kind] = part, d
+                    self._drag(part, held.motions[0], d)
                     return
         self.machine.refuse(part.title, DRAG)
 
-    def _damping(self, part: Any, held: Any, motion: Motion) -> Any:
-        """Return d if a load is the damping of a motion, else None."""
-        if part.frame is not held.body or held.end.rotation.matrix != IDENTITY or len(held.motions) != 1:
-            return None
-        joint, letter = held.joint, "w" if part.kind == "torque" else "v"
-        if part.kind == "torque":
-            back = joint.parent if part.reaction_on is None and joint.parent.is_ground else part.reaction_on
-            own = motion.kind in ("ball", "free") and part.body is held.body and back is joint.parent
-        else:
-            own = motion.kind == "free" and part.point.body is held.body and part.point.components == joint.to
-        if not own:
-            return None
-        atoms = [
-            names_of(self.machine.system).atoms[f"{joint.coordinate or joint.name}_{letter}{x}"]
-            for x in "xyz"
-        ]
+    def _slope(self, part: Any, joint: Any) -> Any:
+        """Return d if a force is -d v, else None."""
+        names = names_of(self.machine.system).atoms
+        atoms = [names[f"{joint.coordinate or joint.name}_v{x}"] for x in "xyz"]
         pairs = [(sympy.sympify(c), atom) for c, atom in zip(part.components, atoms, strict=True)]
         slopes = {-c.diff(atom) for c, atom in pairs}
         if len(slopes) > 1 or any(sympy.expand(c - c.diff(atom) * atom) != 0 for c, atom in pairs):
@@ -120,7 +149,7 @@ class Forces:
     def _effort(self, part: Any) -> None:
         motion = self.machine.motions.get((part.joint.name, 0))
         if motion is None:
-            self.machine.refuse(part.title, "its joint closes a loop; act on a joint of the tree")
+            self.machine.refuse(part.title, LOOP)
         else:
             self._actuator(part, motion, motion.sign * sympy.sympify(part.value))
 
@@ -136,7 +165,7 @@ class Forces:
         m = self.machine
         motion = m.motions.get((part.joint.name, 0))
         if motion is None:
-            m.refuse(part.title, "its joint closes a loop; act on a joint of the tree")
+            m.refuse(part.title, LOOP)
             return
         J, n = m.number(part.inertia, part.title), m.number(part.ratio, part.title)
         if J and not part.joint.parent.is_ground:
