@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import freebody as fb
 from freebody.testing.machines import random_system
@@ -320,6 +321,17 @@ def test_springs_and_damping_of_ball_and_free_joints_are_the_same(tmp_path, kind
         )
     other = again(s, tmp_path, "xml")
     assert difference(s, other, poses=False) < 1e-14 and len(other.loads) == len(s.loads)
+
+
+def test_motions_of_a_joint_have_the_names_of_their_coordinates(tmp_path):
+    s = fb.System("hopper")
+    body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
+    x, z = s.coordinates("x z")
+    s.chain(
+        "root", s.ground, body, [fb.Slider("x", x), fb.Slider("z", sympy.Rational(5, 4) - z), fb.Hinge("y")]
+    )
+    other = again(s, tmp_path, "xml")
+    assert fb.assemble(other).coordinate_names == ("x", "z", "root_3") and difference(s, other) < 1e-14
 
 
 def test_a_motor_and_a_rotor_on_the_ground_are_the_same(tmp_path):

@@ -236,7 +236,7 @@ class Machine:
             text = (
                 joint.name
                 if single
-                else names_of(self.system).texts.get(p.coordinate)
+                else self._coordinate_text(p.coordinate)
                 if p.displaces
                 else None
             )
@@ -248,6 +248,13 @@ class Machine:
             motions.append(motion)
             self.motions[joint.name, index] = motion
         return Held(joint.child, joint, motions, poses[0], poses[1])
+
+    def _coordinate_text(self, y: Any) -> str | None:
+        """Return the name of the coordinate q of a displacement ±q + b."""
+        atoms = sympy.sympify(y).atoms(AppliedUndef)
+        if len(atoms) != 1 or sympy.diff(y, *atoms) not in (1, -1):
+            return None
+        return names_of(self.system).texts.get(*atoms)
 
     def _inertia(self, motion: Motion, p: Any, joint: Any, what: str) -> None:
         """Read the armature and the rotor of a motion."""
