@@ -323,6 +323,30 @@ def test_springs_and_damping_of_ball_and_free_joints_are_the_same(tmp_path, kind
     assert difference(s, other, poses=False) < 1e-14 and len(other.loads) == len(s.loads)
 
 
+LENGTH = {"q": "left", "q'": "left'", "r": "right", "r'": "right'"}
+
+
+@pytest.mark.parametrize("law", ["2*u - 3*(L - 1/5) - R/2", "max(-2, min(3, 4*u - L))", "u", "-5*L"])
+def test_forces_along_a_length_of_several_coordinates_are_a_tendon(tmp_path, law):
+    s = fb.System("fins")
+    s.parameters(u=0)
+    body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
+    s.hinge("left", s.ground, body, coordinate="q", to=(0.3, 0, 0))
+    s.hinge(
+        "right", body, s.body("fin", fb.box(1, (0.1, 0.2, 0.4))), coordinate="r", to=(0, 0.3, 0), axis="x"
+    )
+    text = law.replace("L", "(q - 3*r/2)").replace("R", "(q' - 3*r'/2)")
+    s.generalized_force("q", text, name="one")
+    s.generalized_force("r", f"-3/2*({text})", name="two")
+    other = again(s, tmp_path, "xml")
+    assert (tmp_path / "machine.xml").read_text().count("<fixed") == 1
+    values = {"q": 0.3, "r": 0.2, "q'": -0.5, "r'": 1.0}
+    control = other.reading.inputs["one"]
+    a = at(fb.compile(s), s, values, values={"u": 0.7})
+    b = at(fb.compile(other), other, {LENGTH[k]: x for k, x in values.items()}, values={control: 0.7})
+    assert np.allclose(a, b, rtol=1e-12)
+
+
 def test_motions_of_a_joint_have_the_names_of_their_coordinates(tmp_path):
     s = fb.System("hopper")
     body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))

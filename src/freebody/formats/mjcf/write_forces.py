@@ -25,6 +25,7 @@ from ..machine import Machine, Motion, text_of
 from ..xml_tree import identifier
 from .placing import pose_attributes
 from .write_contacts import Contacts
+from .write_tendons import Pull, pulls
 
 POINTS = "the format has forces along joints only; keep it in Python or in a .toml file"
 COUPLE = "the format has torques along joints only; use s.damper for the damping of a ball or free joint"
@@ -52,6 +53,8 @@ class Forces:
         self.contacts = Contacts(machine, sections, elements)
         self.controls: set[Any] = set()
         self.equalities: set[str] = set()  # names
+        self.tendons: set[str] = set()
+        self.along: list[tuple[Any, Motion, Any]] = []  # forces on coordinates
         self.drags: dict[str, tuple[Motion, dict[str, tuple[Any, Any]]]] = {}
         m = machine
         self.sayings: dict[str, Callable[[Any], None]] = {
@@ -65,6 +68,7 @@ class Forces:
     def add(self) -> None:
         """Add what names bodies and joints: equalities of loops and followers, shapes that touch."""
         m = self.machine
+        self.pull()
         for joint in m.system.joints.values():
             if joint.closes:
                 self._loop(joint)
@@ -151,14 +155,31 @@ class Forces:
         if motion is None:
             self.machine.refuse(part.title, LOOP)
         else:
-            self._actuator(part, motion, motion.sign * sympy.sympify(part.value))
+            self._joint(part, motion, motion.sign * sympy.sympify(part.value))
 
     def _coordinate_force(self, part: Any) -> None:
         motion = self.machine.owners.get(part.coordinate)
         if motion is None:
             self.machine.refuse(part.title, "no joint of the file has its coordinate")
         else:
-            self._actuator(part, motion, sympy.sympify(part.value))
+            self.along.append((part, motion, sympy.sympify(part.value)))
+
+    def pull(self) -> None:
+        """Add the forces on coordinates: actuators of joints and of fixed tendons."""
+        for pull in pulls(self.along, self.machine.system.t):
+            target = {"joint": pull.weights[0][0].name}
+            if pull.is_tendon:
+                weights = [(motion.name, float(c)) for motion, c in pull.weights]
+                target = {"tendon": self._tendon(pull.part.name, weights)}
+            self._actuator(pull, target)
+
+    def _tendon(self, name: str, weights: list[tuple[str, float]]) -> str:
+        """Add a fixed tendon, and return its name."""
+        name = identifier(name, self.tendons)
+        fixed = SubElement(self.sections["tendon"], "fixed", name=name)
+        for joint, c in weights:
+            SubElement(fixed, "joint", joint=joint, coef=text_of(c))
+        return name
 
     def _motor(self, part: Any) -> None:
         """Add a motor: n (T_s - d n y'); its rotor is armature n² J where its stator stands in the ground."""
@@ -173,17 +194,19 @@ class Forces:
         motion.armature += J * n * n
         y = sympy.sympify(part.joint.primitives[0].coordinate)
         value = part.ratio * (sympy.sympify(part.stall_torque) - part.slope * part.ratio * y.diff(m.system.t))
-        self._actuator(part, motion, motion.sign * value)
+        self._joint(part, motion, motion.sign * value)
 
-    def _actuator(self, part: Any, motion: Motion, value: Any) -> None:
-        """Add an actuator for a force conjugate to the coordinate of a motion."""
-        m = self.machine
+    def _joint(self, part: Any, motion: Motion, value: Any) -> None:
+        self._actuator(Pull(part, value, [(motion, sympy.Integer(1))]), {"joint": motion.name})
+
+    def _actuator(self, pull: Pull, target: dict[str, str]) -> None:
+        """Add an actuator for a force conjugate to a coordinate, or to the length of a tendon."""
+        m, part = self.machine, pull.part
         x, v, u = sympy.symbols("x v u", cls=sympy.Dummy)
-        names = value.free_symbols - {m.system.t}
+        value = pull.along(x, v, m.system.t)
+        names = value.free_symbols - {m.system.t, x, v}
         open_ones = sorted((s for s in names if not m.values.get(s)), key=str)
         value = value.subs({s: m.values[s] for s in names if s not in open_ones})
-        if motion.atom is not None:
-            value = value.subs(motion.atom.diff(m.system.t), v).subs(motion.atom, x)
         value = value.subs({s: u for s in open_ones})
         gear, law = value.as_coeff_Mul() if isinstance(value, sympy.Mul) else (sympy.Integer(1), value)
         force_range = control_range = None
@@ -208,7 +231,7 @@ class Forces:
             )
         self.controls.update(open_ones)
         g, b = terms.coeff_monomial(u), [terms.coeff_monomial(k) for k in (1, x, v)]
-        attributes = {"name": part.name, "joint": motion.name}
+        attributes = {"name": part.name, **target}
         if not any(b) and force_range is None:
             gear, g = gear * g, 1
         if gear != 1:
@@ -264,17 +287,16 @@ class Forces:
                 "the format couples two joints by a polynomial of one of them, or several linearly",
             )
             return
-        fixed = SubElement(self.sections["tendon"], "fixed", name=part.name)
-        constant = -float(polynomial.coeff_monomial(1))
-        for one, atom in zip(motions, x, strict=True):
-            c = float(polynomial.coeff_monomial(atom))
-            constant -= c * one.ref
-            SubElement(fixed, "joint", joint=one.name, coef=text_of(c))
+        weights = [
+            (one, float(polynomial.coeff_monomial(atom))) for one, atom in zip(motions, x, strict=True)
+        ]
+        tendon = self._tendon(part.name, [(one.name, c) for one, c in weights])
+        constant = -float(polynomial.coeff_monomial(1)) - sum(c * one.ref for one, c in weights)
         SubElement(
             self.sections["equality"],
             "tendon",
             name=part.name,
-            tendon1=part.name,
+            tendon1=tendon,
             polycoef=text_of(constant, 0, 0, 0, 0),
         )
 
