@@ -20,8 +20,6 @@ import numpy as np
 from .tables import show, time_text
 
 STATES = 3
-SHOWN = 12
-"""Number of files in the table: those with the largest differences."""
 FREE, BALL = 0, 1  # types of joints in MuJoCo
 LARGEST = 150
 """Greatest number of speeds of a model that is compared."""
@@ -60,11 +58,8 @@ class Peer:
         self.data = mujoco.MjData(m)
 
     def only(self, system: Any) -> None:
-        """Switch off what freebody did not read: springs of balls, spatial tendons, actuators."""
+        """Switch off what freebody did not read: spatial tendons, actuators."""
         m = self.model
-        for j in range(m.njnt):
-            if int(m.jnt_type[j]) in (FREE, BALL):
-                m.jnt_stiffness[j] = 0
         notes = [note.element for note in system.reading.notes if note.what.startswith("springdamper")]
         for j in range(m.njnt):
             if f"joint '{m.joint(j).name}'" in notes:
@@ -251,15 +246,15 @@ def table(quick: bool = False) -> None:
     rows = sorted(outcomes.get("compared", []), key=lambda row: -max(row[1]))
     counts = ", ".join(f"{len(rows)} {outcome}" for outcome, rows in sorted(outcomes.items()))
     others = [
-        f"{outcome}: {path.name}: {found}"
+        f"{outcome}: {path.name}" + (f": {found}" if found else "")
         for outcome, rows in sorted(outcomes.items())
-        if outcome not in ("compared", "no joint moves")
+        if outcome != "compared"
         for path, found in rows
     ]
     show(
         f"MJCF files: {counts}",
         ["file", "M", "bias", "forward dynamics", "poses"],
-        [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows[:SHOWN]],
+        [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows],
         [
             f"Largest differences of {len(rows)} files; all in {time_text(time.perf_counter() - begin)}.",
             *others,

@@ -30,7 +30,7 @@ LENGTH = 1
 CLOSE = 1e-12
 """Difference beyond which a file is compared with the angles that are written."""
 SHOWN = 12
-"""Number of files in the table: those with the largest differences."""
+"""Number of files in the table of pages: the largest."""
 
 
 def files() -> list[Path]:
@@ -233,16 +233,16 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
         show(
             f"URDF files, base {base}: {counts}",
             ["file", "M", "bias", "forward dynamics"],
-            [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows[:SHOWN]],
+            [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows],
             [
                 f"Largest differences of {len(rows)} files; all in {time_text(time.perf_counter() - begin)}. With the "
                 f"angles that are written, the {len(written)} files beyond {CLOSE:.0e} differ by "
                 f"{max(written, default=0):.0e}."
             ]
             + [
-                f"{outcome}: {path.name}: {found}"
+                f"{outcome}: {path.name}" + (f": {found}" if found else "")
                 for outcome, rows in sorted(outcomes.items())
-                if outcome not in ("compared", "no joint moves")
+                if outcome != "compared"
                 for path, found in rows
             ],
         )

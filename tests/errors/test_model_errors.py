@@ -214,7 +214,7 @@ REFUSALS = {
         "Both ends of spring 's' are on 'bar'", "Put one end on another body"),
     "spring on a ball joint": (
         lambda s: s.spring("s", s.ball("b", s.ground, s.bodies["bar"]), stiffness=1),
-        "Ball 'b' has no single displacement for spring 's'", "between two points, or by a torque", "s.bushing"),
+        "Ball 'b' has no single displacement for spring 's'", "between two points, or by a torque", "s.torsion_spring and s.damper", "s.bushing"),
     "damper on a weld": (
         lambda s: s.damper("d", s.weld("w", s.ground, s.bodies["bar"]), damping=1), "Weld 'w' has no single displacement"),
     "spring on a displacement that is not there": (

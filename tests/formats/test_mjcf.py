@@ -513,7 +513,6 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
         (PIN.replace("<joint ", '<joint range="-1 1" '), "", "no stop holds it at its limits, which limits=True reads: joint 'pin'"),
         (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "it moves without its dry friction, which friction=True reads"),
         ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "a ball joint moves without dry friction"),
-        ('<body name="b"><joint name="p" type="ball" stiffness="2"/>' + ROD + "</body>", "", "the spring of a ball joint, along its rotation vector, is left out: s.bushing"),
         ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "the turn of a ball joint is not limited"),
         (PIN.replace("<joint ", '<joint springdamper="0.1 1" '), "", "springdamper: the spring and damper"),
         (PIN.replace("<joint ", '<joint stiffness="1 2" '), "", "coefficients of higher order are left out"),

@@ -18,14 +18,14 @@ WALKER = """<mujoco model="walker">
 <position kp="30" kv="1"/>
 <default class="leg"><joint axis="0 1 0" stiffness="4" springref="20"/></default></default>
 <worldbody><geom type="plane" size="1 1 1"/>
-<body name="trunk" pos="0 0 1" euler="10 20 30"><joint type="free"/>
+<body name="trunk" pos="0 0 1" euler="10 20 30"><joint type="free" stiffness="2"/>
 <geom type="box" size="0.2 0.1 0.3" pos="0.1 0 0"/>
 <frame pos="0 0.1 -0.3" axisangle="1 0 0 20">
 <body name="thigh" childclass="leg"><joint name="abduct" axis="1 0 0" pos="0 0.02 0"/><joint name="swing" ref="15"/>
 <geom fromto="0 0 0 0.1 0 -0.5"/><body name="shin" pos="0.1 0 -0.5" xyaxes="1 0.1 0 0 1 0"><joint name="knee"/>
 <geom fromto="0 0 0 0 0 -0.5"/><geom type="ellipsoid" size="0.1 0.05 0.02" pos="0.05 0 -0.5" quat="1 0.2 0 0"/>
 <body name="sole" pos="0 0 -0.55"><geom type="cylinder" size="0.03 0.02" mass="0.1"/></body></body></body></frame>
-<body name="head" pos="0 0 0.4"><joint name="neck" type="ball" damping="0.2"/>
+<body name="head" pos="0 0 0.4"><joint name="neck" type="ball" damping="0.2" stiffness="0.8"/>
 <inertial pos="0 0 0.1" mass="1.2" fullinertia="0.01 0.02 0.025 0.001 -0.002 0.003"/>
 <body name="eye" pos="0.1 0 0"><joint name="focus" type="slide" axis="1 1 0" damping="2"/>
 <geom type="sphere" size="0.02"/>

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.errors import FormatError
 
 pytest.importorskip("mujoco")
 peer = pytest.importorskip("benchmarks.mujoco_peer", reason="benchmarks are not in the package")
@@ -74,3 +75,9 @@ def test_a_robot_moves_as_in_mujoco_and_pinocchio(package, file, monkeypatch):
         for base in ("fixed", "free"):
             s = fb.read(path, symbols="none", meshes=False, base=base)
             assert max(Peer(path, base).differences(s, random)) < EXACT
+
+
+def test_a_link_alone_is_read_and_a_mesh_alone_is_refused():
+    assert not fb.read(place("mujoco", "testdata/model.urdf")).joints
+    with pytest.raises(FormatError, match="msh.xml, line 1: expected a <worldbody>"):
+        fb.read(place("mujoco", "testdata/msh.xml"))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import freebody as fb
 from freebody.testing.machines import random_system
@@ -304,20 +305,57 @@ def test_motors_are_the_same(tmp_path, law, one):
 
 
 @pytest.mark.parametrize("kind", ["ball", "free"])
-def test_damping_of_ball_and_free_joints_is_the_same(tmp_path, kind):
+def test_springs_and_damping_of_ball_and_free_joints_are_the_same(tmp_path, kind):
     s = fb.System("air")
     body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
     getattr(s, kind)(
         "j", s.ground, body, **({"at": (1, 2, 3)} if kind == "ball" else {"to": (0.1, 0.2, 0.3)})
     )
     d = s.parameters(d=0.7)
-    s.torque("turning", body, [-d * s.expression(f"j_w{x}") for x in "xyz"], frame=body)
+    s.damper("turning", s.joints["j"], damping=d)
+    if kind == "ball":
+        s.torsion_spring("spring", s.joints["j"], stiffness=3)
     if kind == "free":
         s.force(
             "sliding", body.point(0.1, 0.2, 0.3), [-d * s.expression(f"j_v{x}") for x in "xyz"], frame=body
         )
     other = again(s, tmp_path, "xml")
     assert difference(s, other, poses=False) < 1e-14 and len(other.loads) == len(s.loads)
+
+
+LENGTH = {"q": "left", "q'": "left'", "r": "right", "r'": "right'"}
+
+
+@pytest.mark.parametrize("law", ["2*u - 3*(L - 1/5) - R/2", "max(-2, min(3, 4*u - L))", "u", "-5*L"])
+def test_forces_along_a_length_of_several_coordinates_are_a_tendon(tmp_path, law):
+    s = fb.System("fins")
+    s.parameters(u=0)
+    body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
+    s.hinge("left", s.ground, body, coordinate="q", to=(0.3, 0, 0))
+    s.hinge(
+        "right", body, s.body("fin", fb.box(1, (0.1, 0.2, 0.4))), coordinate="r", to=(0, 0.3, 0), axis="x"
+    )
+    text = law.replace("L", "(q - 3*r/2)").replace("R", "(q' - 3*r'/2)")
+    s.generalized_force("q", text, name="one")
+    s.generalized_force("r", f"-3/2*({text})", name="two")
+    other = again(s, tmp_path, "xml")
+    assert (tmp_path / "machine.xml").read_text().count("<fixed") == 1
+    values = {"q": 0.3, "r": 0.2, "q'": -0.5, "r'": 1.0}
+    control = other.reading.inputs["one"]
+    a = at(fb.compile(s), s, values, values={"u": 0.7})
+    b = at(fb.compile(other), other, {LENGTH[k]: x for k, x in values.items()}, values={control: 0.7})
+    assert np.allclose(a, b, rtol=1e-12)
+
+
+def test_motions_of_a_joint_have_the_names_of_their_coordinates(tmp_path):
+    s = fb.System("hopper")
+    body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
+    x, z = s.coordinates("x z")
+    s.chain(
+        "root", s.ground, body, [fb.Slider("x", x), fb.Slider("z", sympy.Rational(5, 4) - z), fb.Hinge("y")]
+    )
+    other = again(s, tmp_path, "xml")
+    assert fb.assemble(other).coordinate_names == ("x", "z", "root_3") and difference(s, other) < 1e-14
 
 
 def test_a_motor_and_a_rotor_on_the_ground_are_the_same(tmp_path):
@@ -507,8 +545,11 @@ REFUSED: dict[str, tuple[str, Any, str]] = {
     "loop": ("xml", loop, "slider 'rail': it closes a loop, which ball joints, hinges and welds can in the format; open the loop at another joint"),
     "spring": ("xml", lambda s: s.spring("k", s.ground.point(1, 0, 0), on_ground(s).point(0, 0, 0), stiffness=1), "spring 'k': the format has forces along joints only; keep it in Python or in a .toml file"),
     "spring in URDF": ("urdf", lambda s: s.spring("k", s.ground.point(1, 0, 0), on_ground(s).point(0, 0, 0), stiffness=1), "spring 'k': the format has no forces but those of joints; keep it in Python or in a .toml file"),
-    "torque": ("xml", lambda s: s.torque("M", moving(s)[0], (1, 0, 0)), "torque 'M': a couple or force other than the damping -d w of a ball joint, or -d w and -d v of a free joint; the format has forces along joints only; keep it in Python or in a .toml file"),
-    "drag": ("xml", lambda s: s.torque("M", s.free("j", s.ground, on_ground(s)).child, [f"-2*j_w{x}" for x in "xyz"], frame=s.bodies["body"]), "torque 'M': a couple or force other than the damping"),
+    "torque": ("xml", lambda s: s.torque("M", moving(s)[0], (1, 0, 0)), "torque 'M': the format has torques along joints only; use s.damper for the damping of a ball or free joint"),
+    "drag": ("xml", lambda s: s.damper("d", s.free("j", s.ground, on_ground(s)), damping=2), "torsion damper 'd': a force other than the damping -d v of a free joint that has s.damper of the same d"),
+    "free spring": ("xml", lambda s: s.torsion_spring("k", s.free("j", s.ground, on_ground(s)), stiffness=2), "torsion spring 'k': in the format the spring of a free joint acts along its displacement too"),
+    "spring at rest elsewhere": ("xml", lambda s: s.torsion_spring("k", s.ball("j", s.ground, on_ground(s)), stiffness=2, rest=fb.Rotation.axis_angle((0, 0, 1), 1)), "torsion spring 'k': in the format it rests where the axes of the joint are parallel: turn parent_axes= of 'j' in place of rest="),
+    "torsion in urdf": ("urdf", lambda s: s.damper("d", s.free("j", s.ground, on_ground(s)), damping=2), "torsion damper 'd': springs and dampers of the format act along one axis"),
     "other load": ("urdf", lambda s: s.drag("air", moving(s)[0], linear=1), "drag 'air': there is no such part in the format; leave it out"),
     "friction": ("xml", lambda s: s.friction("dry", moving(s)[1], torque=1, static=2), "friction 'dry': its static friction; leave out static="),
     "stop": ("xml", lambda s: s.stop("end", moving(s)[1], low=0, restitution=0.5), "stop 'end': its restitution; limits do not rebound, leave out restitution="),

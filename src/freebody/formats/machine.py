@@ -233,13 +233,7 @@ class Machine:
             if not (p.displaces or p.n_speeds):
                 continue
             single = len(joint.primitives) == 1
-            text = (
-                joint.name
-                if single
-                else names_of(self.system).texts.get(p.coordinate)
-                if p.displaces
-                else None
-            )
+            text = joint.name if single else self._coordinate_text(p.coordinate) if p.displaces else None
             name = identifier(text or f"{joint.name}_{index + 1}", self.joint_names)
             axis = self.vector(p.axis, what) if p.displaces else (0, 0, 1)
             anchor = ZERO if p.at is None else self.vector(p.at, what)
@@ -248,6 +242,13 @@ class Machine:
             motions.append(motion)
             self.motions[joint.name, index] = motion
         return Held(joint.child, joint, motions, poses[0], poses[1])
+
+    def _coordinate_text(self, y: Any) -> str | None:
+        """Return the name of the coordinate q of a displacement ±q + b."""
+        atoms = sympy.sympify(y).atoms(AppliedUndef)
+        if len(atoms) != 1 or sympy.diff(y, *atoms) not in (1, -1):
+            return None
+        return names_of(self.system).texts.get(*atoms)
 
     def _inertia(self, motion: Motion, p: Any, joint: Any, what: str) -> None:
         """Read the armature and the rotor of a motion."""

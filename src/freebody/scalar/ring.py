@@ -34,7 +34,7 @@ from flint import Ordering, fmpz_mpoly_ctx
 
 from ..errors import ExpressionError, nearest
 from . import expression, functions, quotients
-from .algebra import FUNCTIONS, Expression, Field, Scalar
+from .algebra import FUNCTIONS, Expression, Field, Scalar, divide
 from .budget import Budget
 from .element import FEW, Polynomial, element
 from .relations import Relations
@@ -275,6 +275,10 @@ class Ring(Field):
         if function not in FUNCTIONS:
             raise ExpressionError(f"Unknown function '{function}': {nearest(function, FUNCTIONS)}")
         return functions.apply(self, function, [self.coerce(a) for a in arguments])
+
+    def arc_over_sine(self, cosine: Scalar) -> Scalar:
+        """h / sin h of the angle h from 0 to π/2 with this cosine."""
+        return 1 if cosine == 1 else divide(self.apply("acos", cosine), self.sqrt(1 - cosine * cosine))
 
     # ---------------------------------------------------------------- division
     def quotient(self, a: Polynomial, b: Polynomial) -> Scalar:

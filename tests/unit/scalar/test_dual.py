@@ -92,3 +92,23 @@ def test_machines_agree_with_the_trace(seed):
             own = [np.broadcast_to(slope_of(x, j), 2)[k] for x in mine]
             scale = max(1.0, float(np.max(np.abs(recorded))))
             assert np.max(np.abs(np.array(own, dtype=float) - recorded)) < 1e-13 * scale
+
+
+@pytest.mark.parametrize("h", [0, 1e-4, 0.1, 0.7, 1.2, 1.57])
+def test_an_angle_over_its_sine_has_a_slope_where_both_are_zero(h):
+    field = DualField(floats)
+    found = field.arc_over_sine(field.variable(math.cos(h), 0))
+    mpmath = pytest.importorskip("mpmath")
+    with mpmath.workdps(50):
+        c = mpmath.mpf(math.cos(h))
+        value = mpmath.acos(c) / mpmath.sqrt(1 - c * c) if h else mpmath.mpf(1)
+        slope = (c * value - 1) / (1 - c * c) if h else -mpmath.mpf(1) / 3
+    assert value_of(found) == pytest.approx(float(value), rel=4e-16)
+    assert slope_of(found, 0) == pytest.approx(float(slope), rel=2e-15)
+
+
+def test_an_angle_over_its_sine_is_a_closed_form_in_formulas():
+    ring, c = Ring(), sympy.Symbol("c", positive=True)
+    found = ring.to_sympy(ring.arc_over_sine(ring.from_sympy(c)))
+    assert float(found.subs(c, 0.3)) == pytest.approx(math.acos(0.3) / math.sqrt(1 - 0.3**2), rel=1e-15)
+    assert found.has(sympy.acos) and ring.arc_over_sine(1) == 1

@@ -17,8 +17,8 @@ def check_displacement(joint: Joint, index: int, title: str) -> None:
     if not kinds[0].displaces:
         raise ModelError(
             f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {title} to act "
-            "along. Act between two points, or by a torque on the body; springs and dampers in all directions are "
-            "those of s.bushing."
+            "along. Act between two points, or by a torque on the body; the turn of a ball or free joint has "
+            "s.torsion_spring and s.damper, and s.bushing acts in all directions."
         )
     if not isinstance(index, int) or not 0 <= index < len(kinds):
         raise ModelError(

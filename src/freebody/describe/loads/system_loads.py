@@ -21,6 +21,7 @@ from .load import Load
 from .spring import Spring
 from .spring_law import JointSpringLaw, SpringLaw
 from .torque import Torque
+from .torsion import TorsionDamper, TorsionSpring
 
 
 def force(system: Description, name: str, at: Any, components: Any, *, frame: Frame | None = None) -> Load:
@@ -123,7 +124,12 @@ def spring(
 def damper(
     system: Description, name: str, on: Any, to: Any = None, *, damping: Expression, coordinate: int = 0
 ) -> Load:
-    """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m."""
+    """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m.
+
+    On a ball or free joint it is a moment against the relative angular velocity, ``damping`` in N m s.
+    """
+    if _turns_freely(on):
+        return add(system, name, TorsionDamper(on, damping))
     if isinstance(on, Joint):
         return add(system, name, JointDamper(on, damping, coordinate))
     return add(system, name, Damper(on, _second(to, f"damper '{name}'"), damping))
@@ -135,13 +141,30 @@ def torsion_spring(
     on: Joint,
     *,
     stiffness: Expression,
-    rest: Expression = 0,
+    rest: Any = 0,
     coordinate: int | None = None,
 ) -> Load:
-    """Add a linear torsion spring [N m/rad] on an angle of a joint; its moment is zero at the angle ``rest``."""
+    """Add a linear torsion spring [N m/rad] on an angle of a joint; its moment is zero at the angle ``rest``.
+
+    On a ball or free joint it resists the rotation vector: its moment is ``stiffness`` times the angle of the turn,
+    at most π, about the axis of the turn. There ``rest`` is a rotation, that of the child's joint axes in the parent's.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("neck")
+    >>> head = s.body("head", fb.sphere(3, 0.1))
+    >>> neck = s.ball("neck", s.ground, head)
+    >>> s.torsion_spring("muscles", neck, stiffness=2)
+    torsion spring 'muscles'
+    >>> s.damper("tissue", neck, damping=0.1)
+    torsion damper 'tissue'
+    """
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
+    if _turns_freely(on):
+        return add(system, name, TorsionSpring(on, stiffness, None if rest == 0 else rest))
     angles = [i for i, p in enumerate(on.primitives) if p.displaces and p.turns]
     if not angles:
         raise ModelError(
@@ -160,6 +183,11 @@ def generalized_force(system: Description, coordinate: Any, value: Any, *, name:
     atom = own_coordinate(system, coordinate)
     name = f"Q_{names_of(system).texts[atom]}" if name is None else name
     return add(system, name, CoordinateForce(atom, value))
+
+
+def _turns_freely(on: Any) -> bool:
+    """Return True for a ball or a free joint."""
+    return isinstance(on, Joint) and any(motion.quaternion >= 0 for motion in on.primitives)
 
 
 def _second(point: Any, what: str) -> Any:

@@ -6,6 +6,7 @@ The pose that the file draws is ``s.reading.initial``.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -145,7 +146,7 @@ class Reader(Builder):
                 motions = [self.motion(joint) for joint in joints]
                 made = self.s.chain(name, parent, child, motions, **_where(pose, ZERO))
             for index, joint in enumerate(joints):
-                self.with_forces(joint, made, index)
+                self.with_forces(joint, made, index, pose)
 
     def base(self, body: Body, parent: Any, child: Any, pose: Pose, base: str | None) -> None:
         """Hold a body without joints: as ``base`` says, or welded."""
@@ -182,7 +183,7 @@ class Reader(Builder):
                 values = (*pose.position, *quaternion_from_matrix(pose.rotation.matrix))
                 pairs = zip(self.coordinates[joint.name], map(float, values), strict=True)
                 self.reading.initial.update((text, x) for text, x in pairs if x != 0)
-        self.with_forces(joint, made, 0)
+        self.with_forces(joint, made, 0, pose)
 
     def motion(self, joint: Joint) -> Any:
         """Return one of several joints of a body, as a motion of a chain."""
@@ -207,12 +208,12 @@ class Reader(Builder):
         self.coordinates[joint.name] = tuple(f"{prefix}_e{i}" for i in range(4))
         return prefix
 
-    def with_forces(self, joint: Joint, made: Any, index: int) -> None:
+    def with_forces(self, joint: Joint, made: Any, index: int, pose: Pose) -> None:
         """Add the spring, damper, stops and friction of a joint, which is the motion ``index`` of one of the system."""
         self.joint_of[joint.name] = joint
         name = identifier(joint.name, set())
         if joint.kind not in SINGLE:
-            self.drag(joint, name, made)
+            self.turning(joint, name, made, pose)
         else:
             damping, stiffness = UNITS[joint.kind]
             if joint.damping:
@@ -239,30 +240,28 @@ class Reader(Builder):
         self.stop(joint.what, line, name, made, limits, index, joint.ref)
         self.inside(joint.what, line, self.coordinates[joint.name][0], limits)
 
-    def drag(self, joint: Joint, name: str, made: Any) -> None:
-        """Add the damping of a ball or free joint: against each of its speeds."""
+    def turning(self, joint: Joint, name: str, made: Any, pose: Pose) -> None:
+        """Add spring and damper of a ball or free joint; the body of a free one rests at ``pose``."""
         if joint.friction:
             self.reading.left_out(
                 joint.what, joint.element.line, f"a {joint.kind} joint moves without dry friction"
             )
+        child, load = made.child, partial(self.renamed, taken=self.loads)
         if joint.stiffness:
-            self.reading.left_out(
-                joint.what, joint.element.line,
-                f"the spring of a {joint.kind} joint, along its rotation vector, is left out: s.bushing has springs "
-                "about three axes", f"stiffness {joint.stiffness:g}",
-            )  # fmt: skip
+            k = self.parameter(f"k_{name}", joint.stiffness, "")
+            rest = Pose() if joint.kind == "ball" else pose
+            self.s.torsion_spring(load(f"{name}_spring"), made, stiffness=k, rest=rest.rotation)
+            if joint.kind == "free":
+                at = made.parent.point(*rest.position)
+                self.s.bushing(load(f"{name}_bushing"), at, child, stiffness=(k, k, k))
         if not joint.damping:
             return
         d = self.parameter(f"d_{name}", joint.damping, "")
-        prefix = self.coordinates[joint.name][-1].removesuffix("_e3")
-        child = made.child
-        turns = [f"-({d})*{prefix}_w{x}" for x in "xyz"]
-        self.s.torque(
-            self.renamed(f"{name}_damper", self.loads), child, turns, frame=child, reaction_on=made.parent
-        )
+        self.s.damper(load(f"{name}_damper"), made, damping=d)
         if joint.kind == "free":
+            prefix = self.coordinates[joint.name][-1].removesuffix("_e3")
             slides = [f"-({d})*{prefix}_v{x}" for x in "xyz"]
-            self.s.force(self.renamed(f"{name}_drag", self.loads), child.point(0, 0, 0), slides, frame=child)
+            self.s.force(load(f"{name}_drag"), child.point(0, 0, 0), slides, frame=child)
 
     # -- settings -----------------------------------------------------------------------------------
 

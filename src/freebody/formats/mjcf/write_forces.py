@@ -25,12 +25,15 @@ from ..machine import Machine, Motion, text_of
 from ..xml_tree import identifier
 from .placing import pose_attributes
 from .write_contacts import Contacts
+from .write_tendons import Pull, pulls
 
 POINTS = "the format has forces along joints only; keep it in Python or in a .toml file"
+COUPLE = "the format has torques along joints only; use s.damper for the damping of a ball or free joint"
 CANNOT = {
     "screw": "the format has no screw; write the drive as a hinge",
     "path": "the format has no joint by functions",
     **dict.fromkeys(("spring", "damper"), POINTS),
+    "torque": COUPLE,
     "SpeedCondition": "the format has no conditions on speeds",
     "Rope": "the format has no ropes that are constraints; keep it in Python or in a .toml file",
     "Rolling": "the format has no rolling without slip; use a contact with friction",
@@ -38,10 +41,8 @@ CANNOT = {
 """Why MJCF cannot hold a kind of part; what is named here or in no other place is refused."""
 HIGHEST = 4
 """Degree of the polynomial of a joint equality."""
-DRAG = (
-    "a couple or force other than the damping -d w of a ball joint, or -d w and -d v of a free joint; "
-    + POINTS
-)
+DRAG = "a force other than the damping -d v of a free joint that has s.damper of the same d; " + POINTS
+LOOP = "its joint closes a loop; act on a joint of the tree"
 
 
 class Forces:
@@ -52,18 +53,22 @@ class Forces:
         self.contacts = Contacts(machine, sections, elements)
         self.controls: set[Any] = set()
         self.equalities: set[str] = set()  # names
+        self.tendons: set[str] = set()
+        self.along: list[tuple[Any, Motion, Any]] = []  # forces on coordinates
         self.drags: dict[str, tuple[Motion, dict[str, tuple[Any, Any]]]] = {}
         m = machine
         self.sayings: dict[str, Callable[[Any], None]] = {
             "joint_spring": m.spring, "joint_damper": m.damper, "joint_friction": m.dry_friction, "stop": m.stop,
             "joint_effort": self._effort, "generalized_force": self._coordinate_force, "motor": self._motor,
-            "torque": self._drag, "force": self._drag, "Condition": self._condition, "Gear": self._gear,
+            "torsion_spring": self._torsion, "torsion_damper": self._turning, "force": self._sliding,
+            "Condition": self._condition, "Gear": self._gear,
             "ContactPair": self.contacts.add,
         }  # fmt: skip
 
     def add(self) -> None:
         """Add what names bodies and joints: equalities of loops and followers, shapes that touch."""
         m = self.machine
+        self.pull()
         for joint in m.system.joints.values():
             if joint.closes:
                 self._loop(joint)
@@ -73,7 +78,7 @@ class Forces:
                 self._couple(f"{motion.name}_follows", motion, leader, polynomial, motion.title)
         self.contacts.finish()
 
-    # -- damping of ball and free joints ------------------------------------------------------------
+    # -- springs and damping of ball and free joints --------------------------------------------------
 
     def damp(self) -> None:
         """Give ball and free joints their damping: the same against all their speeds."""
@@ -83,32 +88,60 @@ class Forces:
                 self.machine.refuse(next(iter(parts.values()))[0].title, DRAG)
             motion.damping = values.pop()
 
-    def _drag(self, part: Any) -> None:
-        """Take a couple -d w, or a force -d v at the joint's point, as the damping of a ball or free joint."""
+    def _drag(self, part: Any, motion: Motion, d: Any) -> None:
+        """Add to the damping of the turns, or of the displacements, of a joint."""
+        parts = self.drags.setdefault(motion.name, (motion, {}))[1]
+        parts[part.kind] = part, d + parts.get(part.kind, (part, 0))[1]
+
+    def _ball(self, part: Any) -> Motion | None:
+        """Return the ball of the joint on which a part acts."""
+        index = next(k for k, motion in enumerate(part.joint.primitives) if motion.quaternion >= 0)
+        motion = self.machine.motions.get((part.joint.name, index))
+        if motion is None or part.joint.closes:
+            self.machine.refuse(part.title, LOOP)
+            return None
+        return motion
+
+    def _torsion(self, part: Any) -> None:
+        """Add a spring along the rotation vector of a ball."""
+        m, motion = self.machine, self._ball(part)
+        if motion is None:
+            return
+        if motion.kind == "free":
+            m.refuse(part.title, "in the format the spring of a free joint acts along its displacement too")
+        elif part.rest != IDENTITY:
+            m.refuse(
+                part.title, "in the format it rests where the axes of the joint are parallel: turn parent_axes= of "
+                f"'{part.joint.name}' in place of rest=",
+            )  # fmt: skip
+        motion.stiffness += m.number(part.stiffness, part.title)
+
+    def _turning(self, part: Any) -> None:
+        """Add a damper of the turns of a joint."""
+        motion = self._ball(part)
+        if motion is not None:
+            self._drag(part, motion, self.machine.number(part.damping, part.title))
+
+    def _sliding(self, part: Any) -> None:
+        """Take a force -d v at the point of a free joint as the damping of its displacements."""
         for held in self.machine.of.values():
-            for motion in held.motions:
-                d = self._damping(part, held, motion)
+            own = (
+                [motion.kind for motion in held.motions] == ["free"]
+                and part.frame is part.point.body is held.body
+                and part.point.components == held.joint.to
+                and held.end.rotation.matrix == IDENTITY
+            )
+            if own:
+                d = self._slope(part, held.joint)
                 if d is not None:
-                    self.drags.setdefault(motion.name, (motion, {}))[1][part.kind] = part, d
+                    self._drag(part, held.motions[0], d)
                     return
         self.machine.refuse(part.title, DRAG)
 
-    def _damping(self, part: Any, held: Any, motion: Motion) -> Any:
-        """Return d if a load is the damping of a motion, else None."""
-        if part.frame is not held.body or held.end.rotation.matrix != IDENTITY or len(held.motions) != 1:
-            return None
-        joint, letter = held.joint, "w" if part.kind == "torque" else "v"
-        if part.kind == "torque":
-            back = joint.parent if part.reaction_on is None and joint.parent.is_ground else part.reaction_on
-            own = motion.kind in ("ball", "free") and part.body is held.body and back is joint.parent
-        else:
-            own = motion.kind == "free" and part.point.body is held.body and part.point.components == joint.to
-        if not own:
-            return None
-        atoms = [
-            names_of(self.machine.system).atoms[f"{joint.coordinate or joint.name}_{letter}{x}"]
-            for x in "xyz"
-        ]
+    def _slope(self, part: Any, joint: Any) -> Any:
+        """Return d if a force is -d v, else None."""
+        names = names_of(self.machine.system).atoms
+        atoms = [names[f"{joint.coordinate or joint.name}_v{x}"] for x in "xyz"]
         pairs = [(sympy.sympify(c), atom) for c, atom in zip(part.components, atoms, strict=True)]
         slopes = {-c.diff(atom) for c, atom in pairs}
         if len(slopes) > 1 or any(sympy.expand(c - c.diff(atom) * atom) != 0 for c, atom in pairs):
@@ -120,23 +153,40 @@ class Forces:
     def _effort(self, part: Any) -> None:
         motion = self.machine.motions.get((part.joint.name, 0))
         if motion is None:
-            self.machine.refuse(part.title, "its joint closes a loop; act on a joint of the tree")
+            self.machine.refuse(part.title, LOOP)
         else:
-            self._actuator(part, motion, motion.sign * sympy.sympify(part.value))
+            self._joint(part, motion, motion.sign * sympy.sympify(part.value))
 
     def _coordinate_force(self, part: Any) -> None:
         motion = self.machine.owners.get(part.coordinate)
         if motion is None:
             self.machine.refuse(part.title, "no joint of the file has its coordinate")
         else:
-            self._actuator(part, motion, sympy.sympify(part.value))
+            self.along.append((part, motion, sympy.sympify(part.value)))
+
+    def pull(self) -> None:
+        """Add the forces on coordinates: actuators of joints and of fixed tendons."""
+        for pull in pulls(self.along, self.machine.system.t):
+            target = {"joint": pull.weights[0][0].name}
+            if pull.is_tendon:
+                weights = [(motion.name, float(c)) for motion, c in pull.weights]
+                target = {"tendon": self._tendon(pull.part.name, weights)}
+            self._actuator(pull, target)
+
+    def _tendon(self, name: str, weights: list[tuple[str, float]]) -> str:
+        """Add a fixed tendon, and return its name."""
+        name = identifier(name, self.tendons)
+        fixed = SubElement(self.sections["tendon"], "fixed", name=name)
+        for joint, c in weights:
+            SubElement(fixed, "joint", joint=joint, coef=text_of(c))
+        return name
 
     def _motor(self, part: Any) -> None:
         """Add a motor: n (T_s - d n y'); its rotor is armature n² J where its stator stands in the ground."""
         m = self.machine
         motion = m.motions.get((part.joint.name, 0))
         if motion is None:
-            m.refuse(part.title, "its joint closes a loop; act on a joint of the tree")
+            m.refuse(part.title, LOOP)
             return
         J, n = m.number(part.inertia, part.title), m.number(part.ratio, part.title)
         if J and not part.joint.parent.is_ground:
@@ -144,17 +194,19 @@ class Forces:
         motion.armature += J * n * n
         y = sympy.sympify(part.joint.primitives[0].coordinate)
         value = part.ratio * (sympy.sympify(part.stall_torque) - part.slope * part.ratio * y.diff(m.system.t))
-        self._actuator(part, motion, motion.sign * value)
+        self._joint(part, motion, motion.sign * value)
 
-    def _actuator(self, part: Any, motion: Motion, value: Any) -> None:
-        """Add an actuator for a force conjugate to the coordinate of a motion."""
-        m = self.machine
+    def _joint(self, part: Any, motion: Motion, value: Any) -> None:
+        self._actuator(Pull(part, value, [(motion, sympy.Integer(1))]), {"joint": motion.name})
+
+    def _actuator(self, pull: Pull, target: dict[str, str]) -> None:
+        """Add an actuator for a force conjugate to a coordinate, or to the length of a tendon."""
+        m, part = self.machine, pull.part
         x, v, u = sympy.symbols("x v u", cls=sympy.Dummy)
-        names = value.free_symbols - {m.system.t}
+        value = pull.along(x, v, m.system.t)
+        names = value.free_symbols - {m.system.t, x, v}
         open_ones = sorted((s for s in names if not m.values.get(s)), key=str)
         value = value.subs({s: m.values[s] for s in names if s not in open_ones})
-        if motion.atom is not None:
-            value = value.subs(motion.atom.diff(m.system.t), v).subs(motion.atom, x)
         value = value.subs({s: u for s in open_ones})
         gear, law = value.as_coeff_Mul() if isinstance(value, sympy.Mul) else (sympy.Integer(1), value)
         force_range = control_range = None
@@ -179,7 +231,7 @@ class Forces:
             )
         self.controls.update(open_ones)
         g, b = terms.coeff_monomial(u), [terms.coeff_monomial(k) for k in (1, x, v)]
-        attributes = {"name": part.name, "joint": motion.name}
+        attributes = {"name": part.name, **target}
         if not any(b) and force_range is None:
             gear, g = gear * g, 1
         if gear != 1:
@@ -235,17 +287,16 @@ class Forces:
                 "the format couples two joints by a polynomial of one of them, or several linearly",
             )
             return
-        fixed = SubElement(self.sections["tendon"], "fixed", name=part.name)
-        constant = -float(polynomial.coeff_monomial(1))
-        for one, atom in zip(motions, x, strict=True):
-            c = float(polynomial.coeff_monomial(atom))
-            constant -= c * one.ref
-            SubElement(fixed, "joint", joint=one.name, coef=text_of(c))
+        weights = [
+            (one, float(polynomial.coeff_monomial(atom))) for one, atom in zip(motions, x, strict=True)
+        ]
+        tendon = self._tendon(part.name, [(one.name, c) for one, c in weights])
+        constant = -float(polynomial.coeff_monomial(1)) - sum(c * one.ref for one, c in weights)
         SubElement(
             self.sections["equality"],
             "tendon",
             name=part.name,
-            tendon1=part.name,
+            tendon1=tendon,
             polycoef=text_of(constant, 0, 0, 0, 0),
         )
 

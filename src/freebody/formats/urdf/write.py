@@ -33,6 +33,9 @@ CANNOT = {
     "motor": "the format has no motors; leave it out: a program that reads the file drives the joint",
     **dict.fromkeys(("spring", "damper", "force", "torque"), BETWEEN),
     **dict.fromkeys(
+        ("torsion_spring", "torsion_damper"), "springs and dampers of the format act along one axis"
+    ),
+    **dict.fromkeys(
         ("Condition", "Gear"), "the format has no constraints but a joint whose displacement is an expression"
     ),
 }
