@@ -50,6 +50,7 @@ class FileEntry:
     asks: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     drawn: Mapping[str, Any] = field(default_factory=dict)
+    enlarged: Mapping[str, float] = field(default_factory=dict)
     blows: None = None
 
     @property

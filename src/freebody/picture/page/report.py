@@ -31,7 +31,7 @@ from .answers import answers_table
 from .balances import balances
 from .browser import Browser
 from .page import page, stage
-from .symbols import Symbols
+from .symbols import Symbols, in_powers
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -274,12 +274,12 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     state = float_state(model, values=trajectory.values)
 
     def numbers(vector: Vector) -> str:
-        return "(" + ", ".join(f"{float(state(x)):.6g}" for x in vector) + ")"
+        return in_powers("(" + ", ".join(f"{float(state(x)):.6g}" for x in vector) + ")")
 
     bodies = [
         (
             name,
-            f"{float(state(place.mass)):.6g}",
+            in_powers(f"{float(state(place.mass)):.6g}"),
             numbers(place.center),
             numbers(tuple(place.inertia[i][i] for i in range(3))),
         )
@@ -329,7 +329,7 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     rows = []
     for parameter in parameters_of(s):
         unit, text = about_of(s).get(parameter.name, ("", ""))
-        value = f"{trajectory.values[parameter.name]:.8g}"
+        value = in_powers(f"{trajectory.values[parameter.name]:.8g}")
         rows.append((Html(symbols.name(parameter.name)), value, unit, Html(symbols.words(text))))
     if rows:
         parts.append(_table(("Parameter", "Value", "Unit", "What it is"), rows, 1))
@@ -377,7 +377,7 @@ def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
         apart = (
             f"Its work includes {lifted[-1]:.3g} J that moved overlapping bodies apart at the ends of steps. "
         )
-    return (
+    return in_powers(
         f"<footer>Made by freebody {escape(VERSION)}. {trajectory.steps} integration steps, relative tolerance "
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
         f"{trajectory.energy.relative_residual:.1e}. {apart}"
