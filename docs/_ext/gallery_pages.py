@@ -91,11 +91,7 @@ def thumbnail(entry: Any, folder: Path) -> Path:
 def _drawing(entry: Any, machine: Any) -> Any:
     """Draw the machine of an entry where the entry wants it drawn, with the blows that it gets."""
     blows = entry.blows(entry.build()) if entry.blows is not None else None
-    return fb.draw(machine, **_as_drawn(entry), impulses=blows)
-
-
-def _as_drawn(entry: Any) -> dict[str, Any]:
-    return {"near": entry.near, "at": dict(entry.drawn) or None, "values": dict(entry.enlarged) or None}
+    return fb.draw(machine, **entry.drawing(), impulses=blows)
 
 
 def drawings() -> str:
@@ -248,7 +244,7 @@ class Page:
             )
         parts = ["## Free bodies and their equations\n", _html(balances.laws(e, self.symbols))]
         for name in e.model.bodies:
-            drawn = fb.free_body_diagram(e, name, **_as_drawn(self.entry))
+            drawn = fb.free_body_diagram(e, name, **self.entry.drawing())
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),

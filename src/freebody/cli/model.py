@@ -68,6 +68,10 @@ class FileEntry:
         """An approximate closed configuration."""
         return {**self.case.near, **self.case.initial}
 
+    def drawing(self, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """How it is drawn: in a generic position."""
+        return {"values": values}
+
     def build(self) -> System:
         """Return the system."""
         return self.case.system

@@ -134,6 +134,14 @@ class Entry:
     names: Mapping[str, Any] = field(default_factory=dict)
     fixed_values: Mapping[str, Any] = field(default_factory=dict)
 
+    def drawing(self, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """How :func:`freebody.draw` draws it, with other ``values`` of parameters if given."""
+        return {
+            "near": self.near,
+            "at": dict(self.drawn) or None,
+            "values": {**(values or {}), **self.enlarged} or None,
+        }
+
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None
     ) -> Outcome:

@@ -52,6 +52,7 @@ def report(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
     live: bool = False,
+    drawn: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write one HTML page about a machine and its motion; it opens offline and makes no request.
 
@@ -76,11 +77,13 @@ def report(
         some pages.
     tolerance : float
         Tolerance of the animation between its keyframes.
-
     live : bool
         Put sliders for parameters, initial values and the length of the run beside the animation. The page computes the
         motion again as they move, without a server: it holds the machine as WebAssembly. Drawings and equations stay
         those of the given motion.
+    drawn : mapping, optional
+        How the machine and its free bodies are drawn: ``at``, ``near`` and ``values`` of :func:`freebody.draw`; by
+        default in a generic position, with the values of the motion.
 
     Returns
     -------
@@ -131,6 +134,7 @@ def report(
         equations=equations,
         tolerance=tolerance,
         live=live,
+        drawn=drawn,
     )
     with replacing(target) as new:
         if kind == ".pdf":
@@ -160,6 +164,7 @@ def document(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
     live: bool = False,
+    drawn: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
@@ -187,7 +192,7 @@ def document(
         stage(live),
         answers_table(answers or {}, symbols),
         "<h2>Plots</h2>\n" + charts(scene, symbols),
-        balances(trajectory, symbols, equations),
+        balances(trajectory, symbols, equations, drawn),
         _model(s, trajectory, symbols),
         _figures(figures or {}),
         _footer(trajectory, scene),

@@ -46,12 +46,14 @@ class Symbols:
         states = (*model.coordinate_names, *model.speed_names)
         parameters = (parameter.name for parameter in model.parameters)
         joints = (*model.joints, *(name for name, x in model.constraints.items() if isinstance(x, Closure)))
+        contacts = (name for x in model.contacts for name in (x.name, x.owner))
         reactions = (f"{name}_{component}" for name in joints for component in COMPONENTS)
         return cls(
             (
                 *states,
                 *parameters,
                 *reactions,
+                *contacts,
                 *(f"{name}{dots}" for name in states for dots in ("'", "''")),
                 *more,
             )
