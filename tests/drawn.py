@@ -48,4 +48,5 @@ def as_drawn(name: str) -> tuple[Any, Any, Any]:
     e = fb.equations(s)
     near = {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
     at = dict(entry.drawn) or None
-    return s, draw(e, near=near, at=at), configuration(e.model, at, near=near)
+    values = dict(entry.enlarged) or None
+    return s, draw(e, near=near, at=at, values=values), configuration(e.model, at, near=near, values=values)

@@ -31,7 +31,7 @@ from freebody.picture.page.animation import frames_of, scene_of
 from freebody.picture.page.page import page, stage
 from freebody.picture.page.report import charts
 from freebody.picture.page.simulator import simulator
-from freebody.picture.page.symbols import Symbols
+from freebody.picture.page.symbols import Symbols, in_powers
 from freebody.symbolic.printing.latex import label_latex
 
 FOLDER = "systems"
@@ -91,7 +91,7 @@ def thumbnail(entry: Any, folder: Path) -> Path:
 def _drawing(entry: Any, machine: Any) -> Any:
     """Draw the machine of an entry where the entry wants it drawn, with the blows that it gets."""
     blows = entry.blows(entry.build()) if entry.blows is not None else None
-    return fb.draw(machine, near=entry.near, at=dict(entry.drawn) or None, impulses=blows)
+    return fb.draw(machine, **entry.drawing(), impulses=blows)
 
 
 def drawings() -> str:
@@ -216,7 +216,7 @@ class Page:
         rows = [
             (
                 self.symbols.name(name),
-                f"{value:.6g}",
+                in_powers(f"{value:.6g}"),
                 escape(about.get(name, ("", ""))[0]),
                 self.symbols.words(about.get(name, ("", ""))[1]),
             )
@@ -226,6 +226,7 @@ class Page:
             [
                 "## The machine\n",
                 self._figures([(self._drawn(shown, "machine"), f"Drawing of {self.entry.title}")]),
+                self._enlarged(),
                 _table(("Parameter", "Default", "Unit", "What it is"), rows, number=1) if rows else "",
             ]
         )
@@ -243,7 +244,7 @@ class Page:
             )
         parts = ["## Free bodies and their equations\n", _html(balances.laws(e, self.symbols))]
         for name in e.model.bodies:
-            drawn = fb.free_body_diagram(e, name, near=self.entry.near, at=dict(self.entry.drawn) or None)
+            drawn = fb.free_body_diagram(e, name, **self.entry.drawing())
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
@@ -306,6 +307,10 @@ class Page:
 
     def _code(self) -> str:
         return f"## The model\n\n```python\n{code_of(self.entry.build)}\n```\n"
+
+    def _enlarged(self) -> str:
+        names = [self.symbols.name(name) for name in self.entry.enlarged]
+        return _html(f"<p>The drawing shows {', '.join(names)} larger than by default.</p>") if names else ""
 
     def _drawn(self, drawing: Any, name: str) -> Path:
         path = self.folder / f"{self.entry.name}-{name}.svg"

@@ -100,6 +100,7 @@ def draw(
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
         options["at"] = {**entry.drawn, **at} or None
+        options["values"] = {**entry.enlarged, **values}
         names = {name for name, kind in names_of(system).kinds.items() if kind in ("coordinate", "joint")}
         near = {**_contact_start(entry, system), **entry.near}
         options["near"] = {name: value for name, value in near.items() if name in names and name not in at}

@@ -50,6 +50,7 @@ class FileEntry:
     asks: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     drawn: Mapping[str, Any] = field(default_factory=dict)
+    enlarged: Mapping[str, float] = field(default_factory=dict)
     blows: None = None
 
     @property
@@ -66,6 +67,10 @@ class FileEntry:
     def near(self) -> Mapping[str, Any]:
         """An approximate closed configuration."""
         return {**self.case.near, **self.case.initial}
+
+    def drawing(self, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """How it is drawn: in a generic position."""
+        return {"values": values}
 
     def build(self) -> System:
         """Return the system."""

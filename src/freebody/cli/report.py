@@ -71,6 +71,7 @@ def report(
         figures=captions if figures else None,
         equations=equations,
         live=kind == "live",
+        drawn=entry.drawing(outcome.values),
     )
     size = target.stat().st_size
     click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

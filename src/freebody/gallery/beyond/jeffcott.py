@@ -158,4 +158,6 @@ JEFFCOTT = Entry(
     build,
     solve,
     until=1.0,
+    drawn={"x": 0.12, "y": 0.08},
+    enlarged={"e": 0.035},
 )

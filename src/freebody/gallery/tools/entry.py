@@ -103,6 +103,8 @@ class Entry:
         The bodies whose free-body equations are shown with the answers; by default all.
     drawn : mapping
         Coordinates in which it is drawn; generic ones are chosen for the others.
+    enlarged : mapping
+        Values of parameters that its drawing shows in place of theirs, which are too small to be seen.
     blows : function of the system, optional
         Returns the impulses that its drawing shows: (point, components) by name.
     modes : mapping, optional
@@ -124,12 +126,21 @@ class Entry:
     start: Mapping[str, Any] = field(default_factory=dict)
     near: Mapping[str, Any] = field(default_factory=dict)
     drawn: Mapping[str, Any] = field(default_factory=dict)
+    enlarged: Mapping[str, float] = field(default_factory=dict)
     blows: Callable[[fb.System], Mapping[str, Any]] | None = None
     positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
     names: Mapping[str, Any] = field(default_factory=dict)
     fixed_values: Mapping[str, Any] = field(default_factory=dict)
+
+    def drawing(self, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """How :func:`freebody.draw` draws it, with other ``values`` of parameters if given."""
+        return {
+            "near": self.near,
+            "at": dict(self.drawn) or None,
+            "values": {**(values or {}), **self.enlarged} or None,
+        }
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None

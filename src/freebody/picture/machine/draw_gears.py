@@ -170,12 +170,12 @@ def _lines(m: MachineDrawing, wheel: Wheel, pitch: float, width: float) -> Itera
         line, cosine = -line, -cosine
     slope = float(wheel.tooth @ around) / cosine
     count = max(1, round(2 * math.pi * wheel.radius * cosine / pitch))
-    # a worm is as long as it is thick
+    # without a length of its own, a worm is about as long as it is thick
     length = width if abs(slope) < 1 else 2.4 * wheel.radius
-    ends = (-length / 2, length / 2)
+    ends = _ends(m, wheel, line) or (-length / 2, length / 2)
     if abs(float(wheel.outward @ wheel.axis)) > 1e-9:  # a bevel wheel: from its pitch circle towards the apex
         ends = (0.0, -math.copysign(length, float(line @ arm)))
-    steps = np.linspace(*ends, 3 + int(abs(slope) * length / wheel.radius * 8))
+    steps = np.linspace(*ends, 3 + int(abs(slope) * abs(ends[1] - ends[0]) / wheel.radius * 8))
     for j in range(count):
         run: list[Array] = []
         for s in steps:
@@ -189,6 +189,17 @@ def _lines(m: MachineDrawing, wheel: Wheel, pitch: float, width: float) -> Itera
             run = []
         if len(run) > 1:
             yield Line(np.array(run), THREAD)
+
+
+def _ends(m: MachineDrawing, wheel: Wheel, line: Array) -> tuple[float, float] | None:
+    """Return where the cylinder that bears the teeth ends, along ``line`` from the pitch point; None without one."""
+    R, origin = m.now.posture(wheel.body)
+    for piece in m.pieces.get(wheel.body, ()):
+        size = piece.dimensions
+        if piece.kind == "cylinder" and math.isclose(size["radius"], wheel.radius):
+            middle = float((origin + R @ piece.center - wheel.pitch_point) @ line)
+            return middle - size["length"] / 2, middle + size["length"] / 2
+    return None
 
 
 def _turned(wheel: Wheel, angle: float, point: Array) -> Array:

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from ...scalar.digits import significant
-from .symbols import Symbols
+from .symbols import Symbols, in_powers
 
 
 def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
@@ -60,8 +60,8 @@ def _number(value: Any) -> str:
     if not (
         isinstance(value, tuple | list) and value and all(isinstance(row, tuple | list) for row in value)
     ):
-        return escape(significant(value, 8))
-    cells = "".join(f"<span>{escape(significant(x, 8))}</span>" for row in value for x in row)
+        return escape(in_powers(significant(value, 8)))
+    cells = "".join(f"<span>{escape(in_powers(significant(x, 8)))}</span>" for row in value for x in row)
     columns = f"grid-template-columns: repeat({len(value[0])}, auto)"
     return f'<span class="matrix" style="{columns}">{cells}</span>'
 

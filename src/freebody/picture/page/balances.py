@@ -29,12 +29,18 @@ LARGEST, LONGEST = 6, 1250
 """Most speeds of a machine whose equations are shown by default, and most terms of these."""
 
 
-def balances(trajectory: Trajectory, symbols: Symbols, shown: bool | None = None) -> str:
+def balances(
+    trajectory: Trajectory,
+    symbols: Symbols,
+    shown: bool | None = None,
+    drawn: Mapping[str, Any] | None = None,
+) -> str:
     """Return drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest.
 
     ``shown`` is whether to show them; by default those of machines of up to six speeds are, if they are no longer than
-    some pages.
+    some pages. ``drawn`` holds the options of the drawings, as of :func:`freebody.draw`.
     """
+    options = {"values": trajectory.values, **(drawn or {})}
     model = trajectory.kernels.model
     if not (_is_short(model) if shown is None else shown):
         return (
@@ -43,12 +49,12 @@ def balances(trajectory: Trajectory, symbols: Symbols, shown: bool | None = None
         )
     sets = lasting(trajectory)
     if not sets:
-        return _section(equations_of(model), trajectory, symbols)
+        return _section(equations_of(model), options, symbols)
     parts: list[str] = []
     for modes, time in sets:
         words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
-        heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
-        parts.append(_section(equations_of(model, modes=modes), trajectory, symbols, heading, not parts))
+        heading = f" <small>({symbols.words(words)}; {time:.4g} s of the motion)</small>"
+        parts.append(_section(equations_of(model, modes=modes), options, symbols, heading, not parts))
     return "\n".join(parts)
 
 
@@ -110,11 +116,11 @@ def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
 
 
 def _section(
-    e: Equations, trajectory: Trajectory, symbols: Symbols, heading: str = "", drawing: bool = True
+    e: Equations, options: Mapping[str, Any], symbols: Symbols, heading: str = "", drawing: bool = True
 ) -> str:
     """Diagrams, free-body equations and equations of motion."""
     parts = [
-        _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
+        _or_refusal(lambda: _drawings(e, options, heading, drawing)),
         f"<h2>Free-body equations{heading}</h2>\n{laws(e, symbols)}",
     ]
     for name in e.model.bodies:
@@ -132,15 +138,13 @@ def _or_refusal(part: Callable[[], str]) -> str:
         return f"<p>{escape(str(error))}</p>"
 
 
-def _drawings(e: Equations, trajectory: Trajectory, heading: str, whole: bool) -> str:
+def _drawings(e: Equations, options: Mapping[str, Any], heading: str, whole: bool) -> str:
     """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine."""
     parts = []
     if whole:
-        parts.append(
-            f"<h2>Drawing</h2>\n<figure>{draw(trajectory.kernels.model, values=trajectory.values).svg}</figure>"
-        )
+        parts.append(f"<h2>Drawing</h2>\n<figure>{draw(e.model, **options).svg}</figure>")
     parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
     for name in e.model.bodies:
-        drawing = free_body_diagram(e, name, values=trajectory.values)
-        parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")
+        drawing = free_body_diagram(e, name, **options)
+        parts.append(f'<figure tabindex="0">{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>')
     return "\n".join([*parts, "</div>"])

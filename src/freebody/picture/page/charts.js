@@ -30,16 +30,17 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
   const first = motion.first, span = motion.last - motion.first || 1;
   const x = (t) => LEFT + ((WIDTH - LEFT - RIGHT) * (t - first)) / span;
   const y = (v) => HEIGHT - BOTTOM - ((HEIGHT - TOP - BOTTOM) * (v - low)) / (high - low);
-  for (const v of ticks(low, high, 5)) {
+  const rungs = ticks(low, high, 5), power = common(rungs), times = ticks(first, motion.last, 8), pace = common(times);
+  for (const v of rungs) {
     drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(v), y2: y(v), class: "grid" }, svg);
-    drawing("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end" }, svg, number(v));
+    drawing("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end" }, svg, number(v, power));
   }
-  for (const t of ticks(first, motion.last, 8)) {
+  for (const t of times) {
     drawing("line", { x1: x(t), x2: x(t), y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM + 4, class: "axis" }, svg);
-    drawing("text", { x: x(t), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle" }, svg, number(t));
+    drawing("text", { x: x(t), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle" }, svg, number(t, pace));
   }
   drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM, class: "axis" }, svg);
-  drawing("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, svg, "time [s]");
+  drawing("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, svg, `time ${measure("s", pace)}`);
   if (events.length) { // ticks above the time axis; the timeline tells them apart
     const places = [];
     for (const [t] of events) // thinned: not closer than three pixels
@@ -48,7 +49,7 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
     drawing("title", {}, mark, [...new Set(events.map(([, name]) => name))].slice(0, 8).join("; "));
   }
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
-  if (unit && unit !== "1") drawing("text", { x: 4, y: 15 }, svg, `[${unit}]`);
+  if (power || (unit && unit !== "1")) drawing("text", { x: 4, y: 15 }, svg, measure(unit && unit !== "1" ? unit : "", power));
   const labels = curves.map((curve, i) => {
     const ends = [0, ...breaks, motion.t.length]; // no line runs through a jump
     for (let n = 0; n + 1 < ends.length; n++) {
@@ -96,7 +97,7 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
       const value = motion.vector(curve.values, curve.width)[curve.component];
       dots[i].setAttribute("cx", at);
       dots[i].setAttribute("cy", y(value));
-      readings[i].textContent = `${value.toPrecision(5)} ${curve.unit === "1" ? "" : curve.unit}`;
+      readings[i].textContent = `${written(value.toPrecision(5))} ${curve.unit === "1" ? "" : curve.unit}`;
     });
   };
 }
@@ -124,30 +125,41 @@ function thinned(from, to, x, y) {
 }
 
 // Draws each chart of a page when it is opened, with its cursor at the time of the player. Returns a function that draws
-// the open ones again for another motion.
+// the open ones again for another motion; those out of sight wait until they come into sight, or are printed.
 function plots(root, scene, shown) {
   const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
   const seek = (time) => {
     shown.pause();
     shown.seek(time);
   };
-  const charts = [...root.querySelectorAll("[data-chart]")].map((place) => ({ place, fold: place.closest("details"), update: null }));
+  const charts = [...root.querySelectorAll("[data-chart]")].map((place) => ({ place, fold: place.closest("details"), update: null, seen: true }));
   const open = (one) => {
-    if (one.update || !one.fold.open) return;
-    one.place.replaceChildren();
-    one.update = chart(one.place, shown.motion, scene.charts[Number(one.place.dataset.chart)], units, scene, seek);
+    if (!one.fold.open) return;
+    if (!one.update) {
+      one.place.replaceChildren();
+      one.update = chart(one.place, shown.motion, scene.charts[Number(one.place.dataset.chart)], units, scene, seek);
+    }
     one.update();
   };
+  const sight = new IntersectionObserver((changes) => {
+    for (const { target, isIntersecting } of changes) {
+      const one = charts.find(({ fold }) => fold === target);
+      one.seen = isIntersecting;
+      if (one.seen) open(one);
+    }
+  }, { rootMargin: "300px" });
   for (const one of charts) {
-    shown.listen(() => one.fold.open && one.update && one.update());
-    one.fold.addEventListener("toggle", () => (open(one), one.update && one.update()));
+    shown.listen(() => one.update && open(one));
+    one.fold.addEventListener("toggle", () => open(one));
     open(one);
+    sight.observe(one.fold);
   }
+  window.addEventListener("beforeprint", () => charts.forEach(open), { signal: shown.signal });
   return (next) => {
     scene = next;
     for (const one of charts) {
       one.update = null;
-      open(one);
+      if (one.seen) open(one);
     }
   };
 }
@@ -168,8 +180,14 @@ function ticks(low, high, count) {
   return result;
 }
 
-// Text of a tick, without round-off in its last digits.
-function number(x) {
-  const size = Math.abs(x);
-  return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(1) : String(Number(x.toPrecision(6)));
+// The power of ten that the numbers at an axis leave to its unit: of the largest if it is above 10^5 or below 10^-3, else 0.
+function common(list) {
+  const size = Math.max(...list.map(Math.abs));
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? Math.floor(Math.log10(size) + 1e-9) : 0;
 }
+
+// Text of a tick, without round-off in its last digits and without the common power of ten.
+const number = (x, power) => String(Number((power ? x / 10 ** power : x).toPrecision(6))).replace("-", "−");
+
+// What the numbers at an axis are to be multiplied with.
+const measure = (unit, power) => `[${[power ? written(`1e${power}`) : "", unit].filter(Boolean).join(" ")}]`;

@@ -14,7 +14,13 @@ function element(tag, attributes, parent, text = "") {
 // Text of a number with three digits.
 function digits(x) {
   const size = Math.abs(x);
-  return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(3)));
+  return written(size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(3))));
+}
+
+// A number in the text of a program as a book prints it: 3 × 10⁵ for 3e+5.
+function written(text) {
+  const [digits, power] = String(text).split("e");
+  return power === undefined ? digits : `${digits === "1" ? "" : `${digits} × `}10${[...String(Number(power))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("")}`;
 }
 
 // Path of a point of a body: points at least ``distance`` apart, and for every keyframe the number of the last point.

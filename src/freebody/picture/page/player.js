@@ -451,7 +451,7 @@ function player(root, scene, options = {}) {
     get motion() {
       return motion;
     },
-    take, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
+    signal, take, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
     listen: (listener) => listeners.push(listener),
     // Boxes [left, top, right, bottom] of the texts and of the heads of arrows in the picture [pixels of the canvas], and how many texts had no room.
     get written() {

@@ -31,7 +31,7 @@ from .answers import answers_table
 from .balances import balances
 from .browser import Browser
 from .page import page, stage
-from .symbols import Symbols
+from .symbols import Symbols, in_powers
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -52,6 +52,7 @@ def report(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
     live: bool = False,
+    drawn: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write one HTML page about a machine and its motion; it opens offline and makes no request.
 
@@ -76,11 +77,13 @@ def report(
         some pages.
     tolerance : float
         Tolerance of the animation between its keyframes.
-
     live : bool
         Put sliders for parameters, initial values and the length of the run beside the animation. The page computes the
         motion again as they move, without a server: it holds the machine as WebAssembly. Drawings and equations stay
         those of the given motion.
+    drawn : mapping, optional
+        How the machine and its free bodies are drawn: ``at``, ``near`` and ``values`` of :func:`freebody.draw`; by
+        default in a generic position, with the values of the motion.
 
     Returns
     -------
@@ -131,6 +134,7 @@ def report(
         equations=equations,
         tolerance=tolerance,
         live=live,
+        drawn=drawn,
     )
     with replacing(target) as new:
         if kind == ".pdf":
@@ -160,6 +164,7 @@ def document(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
     live: bool = False,
+    drawn: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
@@ -187,7 +192,7 @@ def document(
         stage(live),
         answers_table(answers or {}, symbols),
         "<h2>Plots</h2>\n" + charts(scene, symbols),
-        balances(trajectory, symbols, equations),
+        balances(trajectory, symbols, equations, drawn),
         _model(s, trajectory, symbols),
         _figures(figures or {}),
         _footer(trajectory, scene),
@@ -274,12 +279,12 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     state = float_state(model, values=trajectory.values)
 
     def numbers(vector: Vector) -> str:
-        return "(" + ", ".join(f"{float(state(x)):.6g}" for x in vector) + ")"
+        return in_powers("(" + ", ".join(f"{float(state(x)):.6g}" for x in vector) + ")")
 
     bodies = [
         (
             name,
-            f"{float(state(place.mass)):.6g}",
+            in_powers(f"{float(state(place.mass)):.6g}"),
             numbers(place.center),
             numbers(tuple(place.inertia[i][i] for i in range(3))),
         )
@@ -329,7 +334,7 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     rows = []
     for parameter in parameters_of(s):
         unit, text = about_of(s).get(parameter.name, ("", ""))
-        value = f"{trajectory.values[parameter.name]:.8g}"
+        value = in_powers(f"{trajectory.values[parameter.name]:.8g}")
         rows.append((Html(symbols.name(parameter.name)), value, unit, Html(symbols.words(text))))
     if rows:
         parts.append(_table(("Parameter", "Value", "Unit", "What it is"), rows, 1))
@@ -377,7 +382,7 @@ def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
         apart = (
             f"Its work includes {lifted[-1]:.3g} J that moved overlapping bodies apart at the ends of steps. "
         )
-    return (
+    return in_powers(
         f"<footer>Made by freebody {escape(VERSION)}. {trajectory.steps} integration steps, relative tolerance "
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
         f"{trajectory.energy.relative_residual:.1e}. {apart}"

@@ -61,7 +61,7 @@ function sliders(root, list, length, symbols, moved) {
         const place = places[name];
         if (!place) return;
         place.unit ??= place.tail.textContent;
-        const force = `${Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3))} ${unit}`;
+        const force = `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
         place.tail.textContent = `${place.unit} (${force})`.trim();
         place.tail.title = `${force} holds the machine at rest with this ${name}`;
       });
@@ -110,7 +110,7 @@ async function control(scene, shown, redraw) {
       panel.follow(start);
       panel.hold(live.holding, answers.slice(live.answers.length));
       for (const [cell, place] of cells) {
-        if (place >= 0) cell.textContent = String(Number(answers[place].toPrecision(8)));
+        if (place >= 0) cell.textContent = written(Number(answers[place].toPrecision(8)));
         else cell.classList.add("fixed"), (cell.title = "of the recorded motion");
       }
     }

@@ -23,6 +23,8 @@ COMPONENTS = ("x", "y", "z", "Mx", "My", "Mz")
 """Components of the reaction of a joint, after its name."""
 
 _PUNCTUATED = re.compile(r'(<span class="formula"(?:(?!</span>).)*</span>[.,;:?!)]+)')
+_POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _TOKEN = re.compile(r"[A-Za-z]\w*'*(?:_\w+)?'*")
 
 
@@ -44,12 +46,14 @@ class Symbols:
         states = (*model.coordinate_names, *model.speed_names)
         parameters = (parameter.name for parameter in model.parameters)
         joints = (*model.joints, *(name for name, x in model.constraints.items() if isinstance(x, Closure)))
+        contacts = (name for x in model.contacts for name in (x.name, x.owner))
         reactions = (f"{name}_{component}" for name in joints for component in COMPONENTS)
         return cls(
             (
                 *states,
                 *parameters,
                 *reactions,
+                *contacts,
                 *(f"{name}{dots}" for name in states for dots in ("'", "''")),
                 *more,
             )
@@ -62,7 +66,7 @@ class Symbols:
 
     def words(self, text: str) -> str:
         """Return words as HTML, with the names between them set."""
-        parts, end = [], 0
+        parts, end, text = [], 0, in_powers(text)
         for match in _TOKEN.finditer(text):
             if match[0] in self.names:
                 parts += [escape(text[end : match.start()]), self.name(match[0])]
@@ -98,6 +102,18 @@ def unbroken(html: str) -> str:
     'of <span class="unbroken"><span class="formula">x</span>,</span> too'
     """
     return _PUNCTUATED.sub(r'<span class="unbroken">\1</span>', html)
+
+
+def in_powers(text: str) -> str:
+    """Return a text with its numbers as a book prints them.
+
+    >>> in_powers("balanced to 4.3e-14, of 1e+10 J")
+    'balanced to 4.3 × 10⁻¹⁴, of 10¹⁰ J'
+    """
+    return _POWER.sub(
+        lambda found: f"{found[1]} × 10{str(int(found[2])).translate(_RAISED)}".removeprefix("1 × "),
+        text,
+    )
 
 
 @cache

@@ -42,11 +42,19 @@ APART = 1 / 300
 
 
 def figure(width: float, height: float) -> Any:
-    """Return a new figure without a window; its size is in inches."""
+    """Return a new figure without a window; its size is in inches. Powers of ten at its axes are set: × 10⁵."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import ScalarFormatter
+
+    def set_powers(changed: Figure) -> None:
+        for ax in changed.axes:
+            for formatter in (ax.xaxis.get_major_formatter(), ax.yaxis.get_major_formatter()):
+                if isinstance(formatter, ScalarFormatter):
+                    formatter.set_useMathText(True)
 
     result = Figure(figsize=(width, height), layout="constrained")
+    result.add_axobserver(set_powers)
     FigureCanvasAgg(result)
     return result
 

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import freebody as fb
-from drawn import groups
+from drawn import as_drawn, groups, texts
 from freebody.cli import command
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
@@ -385,6 +385,12 @@ def test_an_angle_has_its_line_where_no_bar_shows_it() -> None:
     for name, lines in (("prob-6-8", 2), ("prob-6-4", 1)):
         (angle,) = groups(draw(entries()[name].build(), at=dict(entries()[name].drawn) or None), "angle")
         assert sum(isinstance(item, Line) for item in angle.items) == lines
+
+
+def test_what_is_too_small_is_drawn_enlarged() -> None:
+    """The eccentricity of a rotor of 0.1 m is 0.2 mm."""
+    _, drawing, _ = as_drawn("jeffcott-rotor")
+    assert "$e$" in texts(drawing) and "$e$" not in texts(draw(entries()["jeffcott-rotor"].build()))
 
 
 @pytest.mark.parametrize("first, second", [("sphere", "cylinder"), ("sphere", "sphere"), ("point", "sphere")])

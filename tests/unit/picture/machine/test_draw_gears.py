@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from drawn import groups, scale_of
+from drawn import groups, scale_of, view_of
 from freebody.gallery import entries
 from freebody.picture.machine.draw import draw
 
@@ -87,3 +87,15 @@ def test_teeth_of_bevel_wheels_end_at_their_pitch_circles() -> None:
         for tooth in teeth:
             distances = np.linalg.norm(pitch.points - tooth.points[0], axis=1)
             assert distances.min() <= chord / 2 + 1e-9
+
+
+def test_teeth_reach_over_the_cylinder_that_bears_them() -> None:
+    """Threads of a worm from end to end, and teeth over the width of a wheel."""
+    drawing = draw(entries()["worm-gear"].build())
+    view = view_of(drawing)
+    worm, wheel = groups(drawing, "gear")
+    for group, axis, length in ((worm, (1.0, 0.0, 0.0), 6 * 0.03), (wheel, (0.0, 1.0, 0.0), 0.03)):
+        along = view @ axis
+        way = along / np.linalg.norm(along)
+        whole = np.ptp(np.concatenate([tooth.points for tooth in group.items[:-1]]) @ way)
+        assert whole >= scale_of(drawing) * length * np.linalg.norm(along) - 1e-6

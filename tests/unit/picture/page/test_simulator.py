@@ -294,6 +294,42 @@ def test_plots_and_events_follow(pages, page):
 
 
 @in_a_browser
+def test_charts_out_of_sight_wait(pages, page):
+    """They are drawn again when they come into sight, and before the page is printed."""
+    page.ask("Emulation.setDeviceMetricsOverride", width=1200, height=300, deviceScaleFactor=1, mobile=False)
+    page.begin(pages["double pendulum"])
+    last = "[...document.querySelectorAll('.chart')].at(-1)"
+    drawn = f"[...{last}.querySelectorAll('text')].some(t => t.textContent === '6')"
+    page.value("new Promise(r => requestAnimationFrame(() => setTimeout(r, 50)))")
+    page.set("until", 6.0)
+    assert not page.value(drawn)
+    page.value(f"{last}.scrollIntoView()")
+    page.wait(drawn)
+    page.value("scrollTo(0, 0)")
+    page.value("new Promise(r => requestAnimationFrame(() => setTimeout(r, 50)))")
+    page.set("until", 2.0)
+    assert page.value(drawn)
+    page.value("dispatchEvent(new Event('beforeprint'))")
+    assert not page.value(drawn)
+
+
+@in_a_browser
+def test_numbers_are_written_with_powers_of_ten(page, tmp_path):
+    s = fb.System("heavy pendulum")
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.slender_bar(1e6, 2, axis="y"))
+    s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
+    motion = fb.simulate(s, until=2, initial={"theta": 1.0})
+    given = {"E": (1.25e-7, "J"), "law": "sticks up to F - 1e-9: yes"}
+    page.begin(fb.report(s, motion, tmp_path / "x.html", live=True, equations=False, answers=given))
+    units = page.value("[...document.querySelectorAll('.chart text')].map(t => t.textContent)")
+    assert "[10⁷ J]" in units and not any("e+" in text for text in units)
+    text = page.value("document.querySelector('main').textContent")
+    assert "1.25 × 10⁻⁷" in text and "F - 10⁻⁹: yes" in text and "tolerance 10⁻⁹" in text
+    assert page.value("document.querySelectorAll('.legend output')[2].textContent").endswith(" × 10⁶ J")
+
+
+@in_a_browser
 def test_what_cannot_be_closed_is_said_and_the_page_recovers(pages, page):
     page.begin(pages["four-bar"])
     page.set("b", 0.5)

@@ -30,7 +30,7 @@ def build() -> fb.System:
     s.assume(lead > 0)
     worm, wheel = (
         s.body("worm", fb.cylinder(m_1, r, 6 * r, axis="x")),
-        s.body("wheel", fb.disk(m_2, R, axis="y")),
+        s.body("wheel", fb.disk(m_2, R, axis="y"), shape=fb.cylinder(1, R, r, axis="y")),
     )
     shaft = s.hinge("shaft", s.ground, worm, at=(0, 0, r + R), axis="x", coordinate="phi")
     axle = s.hinge("axle", s.ground, wheel, axis="y", coordinate="theta")
