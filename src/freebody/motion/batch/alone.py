@@ -91,9 +91,13 @@ class Alone:
             results.texts[row, -1] = " ".join(filter(None, (results.texts[row, -1], missing)))
         path = motion.path
         blame = culprit(path, motion.kernels) if path.status in FAILED else 0
-        self.keep(row, motion)
-        results.end_times[row] = path.end
         ended = path.status if path.status in STATUS else End.REFUSED
+        try:
+            self.keep(row, motion)
+        except SimulationError as error:  # a state of a run that broke off, or a quantity without extremes
+            ended = End.REFUSED
+            results.texts[row, -1] = " ".join(filter(None, (results.texts[row, -1], str(error))))
+        results.end_times[row] = path.end
         results.status[row], results.blame[row] = ended, blame
         results.steps[row], results.rejected[row] = motion.steps, path.rejected
 

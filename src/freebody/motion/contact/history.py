@@ -259,6 +259,15 @@ class Logged(Sequence[Segment]):
     def __len__(self) -> int:
         return len(self.history.phases)
 
+    def of_each(self, name: str) -> list[Any]:
+        """Return what the path of every phase has by a name."""
+        marks = [marks for marks, _, _ in self.history.phases]
+        if name == "crossings":
+            return [crossings for _, _, crossings in self.history.phases]
+        if name == "start":
+            return self.history.times[[first for first, *_ in marks]].tolist()
+        return [rows - 1 if name == "steps" else rejected for _, rows, _, rejected, *_ in marks]
+
     def __getitem__(self, k: Any) -> Any:
         if isinstance(k, slice):
             return tuple(self[i] for i in range(*k.indices(len(self))))

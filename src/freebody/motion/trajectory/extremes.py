@@ -96,7 +96,8 @@ def extremes(motion: ComputedMotion, outputs: Output) -> Array:
     def function(moments: Array, leg: Any) -> Array:
         return values(_at(motion, moments, leg), quantities)
 
-    for leg, times, found, curved in search_blocks(motion.path, function, outputs.reduced):
+    blocks = search_blocks(motion.path, function, outputs.reduced) if outputs.searches else ()
+    for leg, times, found, curved in blocks:
 
         def both_signs(moments: Array, leg: Any = leg) -> Array:
             result = function(moments, leg)

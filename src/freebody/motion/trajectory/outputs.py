@@ -21,6 +21,8 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 """Outputs that are no expressions of the machine's names: energies of all bodies [J], and the rate of ``work`` [W]."""
 REDUCTIONS = ("max", "min", "initial", "final", "range")
 """Numbers of a quantity for the whole run: located to the accuracy of the run, not picked from the output times."""
+AT_ENDS = ("initial", "final")
+"""Those that need no search."""
 OF_CONTACTS = ("gap", "normal", "tangential", "slip", "margin", "mode")
 """Quantities of a contact, written ``"floor.gap"``; names and units are those of a trajectory's contacts."""
 CONTACT_MODES = ("open", "stick", "slip+", "slip-", "slip")
@@ -92,6 +94,11 @@ class Output:
     def values(self) -> tuple[Quantity, ...]:
         """All quantities: expressions, energies by name, quantities of contacts and reactions."""
         return (*self.timed_values, *self.reduced_values)
+
+    @property
+    def searches(self) -> bool:
+        """True if a quantity is sought between the ends of a motion."""
+        return any(how not in AT_ENDS for how, _ in self.numbers.values())
 
     def is_mode(self, name: str) -> bool:
         """Return True if an output is a contact mode, stored as its index in `CONTACT_MODES`."""
@@ -257,7 +264,7 @@ def _single_component(parts: Mapping[str, Quantity], how: str, name: str, inside
             f"'{how}({inside}{first[0]})'."
         )
     value = first[1]
-    if isinstance(value, OfContact) and value.what == "mode" and how not in ("initial", "final"):
+    if isinstance(value, OfContact) and value.what == "mode" and how not in AT_ENDS:
         raise SimulationError(
             f"Expected initial() or final() of a mode, got '{name}': modes have no greatest and no smallest one."
         )

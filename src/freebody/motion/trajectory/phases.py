@@ -104,12 +104,12 @@ class Phases:
     @property
     def steps(self) -> int:
         """Number of accepted steps."""
-        return sum(s.path.steps for s in self.segments)
+        return sum(self._of_each("steps"))
 
     @property
     def rejected(self) -> int:
         """Number of rejected steps."""
-        return sum(s.path.rejected for s in self.segments)
+        return sum(self._of_each("rejected"))
 
     @property
     def evaluations(self) -> int:
@@ -120,9 +120,8 @@ class Phases:
     def crossings(self) -> tuple[Crossing, ...]:
         """Events of the user; an event that ends a segment is not counted again at the start of the next."""
         result: list[Crossing] = []
-        for segment in self.segments:
-            begin = segment.path.start
-            for crossing in segment.path.crossings:
+        for begin, crossings in zip(self.starts, self._of_each("crossings"), strict=True):
+            for crossing in crossings:
                 if abs(crossing.time - begin) <= 4 * np.finfo(float).eps * max(1.0, abs(begin)) and any(
                     before.number == crossing.number and abs(before.time - crossing.time) <= 1e-12
                     for before in result[-8:]
@@ -134,7 +133,12 @@ class Phases:
     @cached_property
     def starts(self) -> Array:
         """Starts of the segments [s]."""
-        return np.array([s.path.start for s in self.segments])
+        return np.array(self._of_each("start"))
+
+    def _of_each(self, name: str) -> Sequence[Any]:
+        """Return what the path of every segment has by a name, without making the segments of a log."""
+        of_log = getattr(self.segments, "of_each", None)
+        return [getattr(s.path, name) for s in self.segments] if of_log is None else of_log(name)
 
     def places(self, times: ArrayLike) -> Any:
         """Return the number of the segment in which each time lies; the last, if several segments start then."""
