@@ -91,6 +91,8 @@ STEPS, STRAIGHT, IMPLICIT = range(3)
 PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
 DEAD = 16
 """Added to the shown mode of a contact that the others hold in place."""
+HELD_OPEN = 16
+"""Added, in a change of modes, to that of a contact at rest by forces that are open, whose limits are not watched."""
 
 # Why a mode began.
 (
