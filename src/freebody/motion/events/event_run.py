@@ -94,6 +94,9 @@ DEAD = 16
 HELD_OPEN = 16
 """Added, in a change of modes, to that of a contact at rest by forces that are open, whose limits are not watched."""
 
+UNSEEN = 2
+"""Sign of a function of the user that is not known yet."""
+
 # Why a mode began.
 (
     NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
@@ -119,6 +122,7 @@ class EventRun(Record):
     ``followed``                  1 + number of the function that tells if patches keep their features, or 0
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
+    ``signs``, ``ways``, ``crossed_at``    its sign, `UNSEEN` before it is known, and the sign and time of its last event
     ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
     ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
     ``quaternions``               components at which the ``turned`` unit quaternions begin
@@ -207,6 +211,9 @@ class EventRun(Record):
     ending: Wholes
     place: Wholes
     final: Wholes
+    signs: Wholes
+    ways: Wholes
+    crossed_at: Row
     watch: Row
     watch_later: Row
     stage: Whole

@@ -16,7 +16,7 @@ from .moment import copy
 @compiled
 def room_for_event(it: EventRun) -> int:
     """Return 1 if the log has room for what one stage of the loop may add, else 0."""
-    marks = 4 * (16 + 4 * it.contacts + it.rows) + 4 * it.crossed
+    marks = 4 * (16 + 4 * it.contacts + it.rows) + 8 * it.crossed
     numbers = 4 * (16 + 4 * it.n_y + 4 * it.contacts + 4 * it.rows) + (it.n_y + 1) * it.crossed
     fits = it.marked + marks <= it.marks_room and it.numbered + numbers <= it.numbers_room
     return 1 if fits and it.logged + 4 <= it.path_room else 0

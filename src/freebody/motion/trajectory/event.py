@@ -17,8 +17,9 @@ from ...model import Model
 from ...scalar.algebra import Expression
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
-from ..kernels.switches import Switch, switches
+from ..kernels.switches import OfContacts, Switch, switches
 from ..ode.dense_output import Watch
+from .contact_expressions import of_contacts
 from .outputs import quantity_of
 
 
@@ -163,11 +164,14 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression
         if isinstance(spec.expression, Switch):
             result.append(spec.expression)
             continue
+        touched = of_contacts(model, spec.expression, f"event '{spec.name}'")
+        if touched is not None:
+            result.append(touched)
+            continue
         if isinstance(spec.expression, str) and quantity_of(model, spec.expression):
             raise SimulationError(
-                f"Expected an expression of coordinates, speeds and the time for event '{spec.name}', got a quantity "
-                "of a contact or of a reaction, which is an output. Contacts that close, open, stick and slip are "
-                "events of themselves, in motion.events."
+                f"Expected an expression of coordinates, speeds, the time and contacts for event '{spec.name}', got a "
+                "reaction of a joint, which is an output."
             )
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
