@@ -39,9 +39,7 @@ WHY = {
     event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
-UNWATCHED = (
-    f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} ms at most: a shorter slip is not seen"
-)
+UNWATCHED = f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} ms at most: a shorter slip is not seen"
 """What is left open about a rest whose limits of friction are not watched."""
 
 

@@ -122,7 +122,7 @@ class EventRun(Record):
     ``followed``                  1 + number of the function that tells if patches keep their features, or 0
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
-    ``signs``, ``ways``, ``crossed_at``    its sign, `UNSEEN` before it is known, and the sign and time of its last event
+    ``signs``, ``ways``, ``crossed_at``    sign of each, `UNSEEN` before it is known; sign and time of its last event
     ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
     ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
     ``quaternions``               components at which the ``turned`` unit quaternions begin

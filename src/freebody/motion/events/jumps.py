@@ -1,5 +1,4 @@
-"""Events of the user between phases, in compiled code: functions whose sign jumps there, or that reach zero as a contact
-closes.
+"""Events of the user between phases, in compiled code: functions that jump through zero, or reach it as a gap closes.
 
 Within a phase `event_search` finds them. A function that arrives at zero has its event there, and one that leaves it in
 the direction from which it came.
@@ -52,8 +51,7 @@ def just_crossed(it: EventRun, e: int) -> int:
 
 @compiled
 def jumped(it: EventRun, run: Run) -> int:
-    """Log the functions whose signs are others than at the end of the last phase; return 1 if one ends the run, else 0.
-    """
+    """Log the functions whose signs changed since the end of the last phase; return 1 if one ends the run, else 0."""
     ends = 0
     if it.asked > 0:
         it.watched(it.t, it.y, it.phase, it.watch)
@@ -72,7 +70,7 @@ def jumped(it: EventRun, run: Run) -> int:
 
 @compiled
 def arrived(it: EventRun, run: Run) -> int:
-    """Log the functions that reach zero at the end of a phase as a contact closes; return 1 if one ends the run, else 0.
+    """Log the functions that reach zero as a gap closes at the end of a phase; return 1 if one ends the run, else 0.
 
     A gap at round-off is zero there. All signs are those at the end.
     """
@@ -86,7 +84,7 @@ def arrived(it: EventRun, run: Run) -> int:
     for e in range(it.asked):
         before = it.signs[e]
         it.signs[e] = sign_of(it.watch_later[e])
-        if it.watch_later[e] == 0.0 and it.watch[e] != 0.0 and just_crossed(it, e) == 0:
-            if before == 1 or before == -1:
-                ends += crossed(it, run, e, -before)
+        reaches = it.watch_later[e] == 0.0 and it.watch[e] != 0.0 and (before == 1 or before == -1)
+        if reaches and just_crossed(it, e) == 0:
+            ends += crossed(it, run, e, -before)
     return 1 if ends > 0 else 0

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 from ...dynamics import State, traced_state
 from ...dynamics.loads.actions import conditions
@@ -22,26 +20,6 @@ class Switch:
 
     def __str__(self) -> str:
         return f"condition {self.number + 1} of {self.load}"
-
-
-@dataclass(frozen=True)
-class OfContacts:
-    """An expression of quantities of contacts, for which symbols stand in it, such as ``floor.normal - 50``.
-
-    ``quantities``    for each symbol: contacts over which a quantity is summed, the quantity and its component
-    """
-
-    text: str
-    expression: Any
-    quantities: Mapping[Any, tuple[tuple[str, str, int], ...]] = field(hash=False)
-
-    def __str__(self) -> str:
-        return self.text
-
-    def value(self, state: State, numbers: Mapping[Any, Scalar]) -> Scalar:
-        """Return its value where its quantities have these ``numbers``."""
-        own = {symbol: numbers[quantity] for symbol, quantity in self.quantities.items()}
-        return state.with_values(self.expression, own)
 
 
 def value_of(state: State, expression: Expression | Switch) -> Scalar:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, root
-from . import laws, quantities
+from ..kernels import contact_quantities as quantities
+from . import laws
 from .bearings import solve
 from .closed_contacts import gamma_of
 from .contact_outputs import (
@@ -72,9 +73,9 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
 def quantity(phase: PhaseData, k: int, what: int, j: int, size: float) -> float:
     """Return a quantity of a contact for the user: the functions of endings where these are functions of it."""
     mode, v, F = phase.mode[k], rates_of(phase, k), force_of(phase, k)
-    if phase.compliant[k] == 0 and (mode != laws.OPEN or phase.dead[k] != 0):
-        if what == quantities.GAP or what == quantities.APPROACH:
-            return 0.0
+    shut = phase.compliant[k] == 0 and (mode != laws.OPEN or phase.dead[k] != 0)
+    if shut and (what == quantities.GAP or what == quantities.APPROACH):
+        return 0.0
     if what == quantities.GAP:
         gap = phase.gaps[phase.gap_at[k]]
         if phase.compliant[k] == 0:

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
+from ..kernels.contact_quantities import NAMES, Asked
 from ..ode.dense_output import Array
 from .candidates import ContactPattern
 from .phase_record import PhaseData
-from .quantities import NAMES, Asked
 
 SLIPPING = "slip+", "slip-", "slip", "limit"
 """Kinds of modes with friction along a direction."""
@@ -117,7 +117,9 @@ def _made(
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
-        square_of_active=active * active, asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked), rows_of_G_and_K=conditions + slipping, **constants,
+        square_of_active=active * active,
+        asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked),
+        rows_of_G_and_K=conditions + slipping, **constants,
     )  # fmt: skip
     names = [contact.name for contact in model.contacts]
     terms = [(names.index(k), NAMES.index(what), j, at) for at, one in enumerate(asked) for k, what, j in one]

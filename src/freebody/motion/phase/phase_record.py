@@ -18,8 +18,8 @@ class PhaseData(Record):
     ``endings``                 functions that may end the phase
     ``expressions``             functions of the user before them
     ``asked``, ``inputs``       terms of the quantities of contacts that these take, and q, u and these quantities
-                                (`quantities`): ``of_contact``, ``what``, ``component`` and ``into`` of each term;
-                                ``near``: gap that counts as none, at the end of a phase
+                                (`contact_quantities`): ``of_contact``, ``what``, ``component`` and ``into`` of each
+                                term;  ``near``: gap that counts as none, at the end of a phase
     ``mode``, ``dead``          mode of each contact, and 1 if the others hold it in place
     ``held_count``              contacts whose normal force the state gives
     ``compliant_count``         those of them with a law of the depth

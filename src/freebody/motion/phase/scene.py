@@ -23,13 +23,13 @@ from ...errors import SimulationError
 from ...model import Model
 from ...model.resistance import pressers
 from ...native import loop
+from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
 from .candidates import Candidates, coefficients
 from .laws import CLOSED, DEPENDENT
 from .phase_data import DataProgram, phase_data
 from .phase_record import PhaseData
-from .quantities import Asked, asked_by, watched_program
 from .snapshot import Snapshot
 
 Modes = tuple[str, ...]

@@ -21,6 +21,7 @@ from ...dynamics.state import float_state
 from ...errors import SimulationError, nearest
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, Program
+from .contact_expressions import note_of
 from .course import Course
 from .event import Event, EventList, EventSpec, Happening
 from .one_sided_limits import Span, spans, warnings_of
@@ -205,6 +206,7 @@ class ComputedMotion:
                 self.specs[crossing.number].name,
                 crossing.sign,
                 dict(zip(self.names, crossing.state.tolist(), strict=False)),
+                note=note_of(self.kernels.model, self.specs[crossing.number], self.path, crossing.time),
             )
             for crossing in self.path.crossings
         ]

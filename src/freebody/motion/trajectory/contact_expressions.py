@@ -13,9 +13,11 @@ from ...model import Model
 from ...model.family import contact_named
 from ...scalar.expression import exact
 from ...scalar.parser import parse
-from ..kernels.switches import OfContacts
-from ..phase.quantities import NAMES
+from ..kernels.contact_quantities import NAMES, OfContacts
+from .phases import Phases
 
+SAME = 1e-12
+"""Time within which an event belongs to both phases that meet there [s]."""
 _NAME = re.compile(r"(?<![\w.])([^\W\d]\w*(?:\[[^\[\]]*\]\w*)?)(?:\.([^\W\d]\w*))?(?:\.(\d+))?")
 
 
@@ -45,7 +47,8 @@ def of_contacts(model: Model, value: Any, what: str) -> OfContacts | None:
     try:
         expression = exact(parse(text, {**names.atoms, **{x.name: x for x in symbols.values()}}))
     except ExpressionError as error:
-        raise ExpressionError(f"In {what}: {error}") from None
+        said = re.sub(r"(, )?contact_\d+_", "", str(error).splitlines()[0])
+        raise ExpressionError(f"In {what}: {said}") from None
     return OfContacts(value, expression, {symbol: quantity for quantity, symbol in symbols.items()})
 
 
@@ -68,7 +71,9 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
             "themselves, in motion.events."
         )
     if kind not in NAMES:
-        raise SimulationError(f"Unknown quantity '{kind}' of contact '{name}' in {what}; {nearest(kind, NAMES)}")
+        raise SimulationError(
+            f"Unknown quantity '{kind}' of contact '{name}' in {what}; {nearest(kind, NAMES)}"
+        )
     count = found.tangents if kind in ("tangential", "slip") else 1
     component = None if number is None else int(number) - 1
     if component is None and count > 1:
@@ -85,15 +90,17 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
             f"Expected a contact with one coefficient of friction for '{match[0]}' in {what}: friction with two is an "
             "output, motion.contacts, but not watched. Watch its normal force, gap or approach."
         )
-    for pair in model.patches:
-        if pair.whole.name == found.name:
-            if kind != "normal":
-                raise SimulationError(
-                    f"Expected the normal force of '{name}' in {what}, which touches at several points, got '{kind}'. "
-                    "That is an output, motion.contacts."
-                )
-            places = range(pair.start, pair.start + len(pair.kinds))
-            return tuple((model.contacts[k].name, "normal", 0) for k in places)
+    own = [contact.name for contact in model.contacts]
+    points = [one for one in own if one.startswith(f"{found.name}_")]
+    places = {own[k] for pair in model.patches for k in range(pair.start, pair.start + len(pair.kinds))}
+    if kind != "normal" and (found.name in places or (found.name not in own and points)):
+        cure = "its sum over these points" if places else f"or one point, such as '{points[0]}.{kind}'"
+        raise SimulationError(
+            f"Expected the normal force of '{name}' in {what}, got '{kind}': solids touch at several points, which "
+            f"change. Watch '{name}.normal', {cure}; the others are outputs, motion.contacts."
+        )
+    if found.name not in own:
+        return tuple((one, "normal", 0) for one in points)
     return ((found.name, kind, component or 0),)
 
 
@@ -105,3 +112,25 @@ def refuse_of_contacts(expressions: Iterable[Any], where: str) -> None:
                 f"Expected events of coordinates, speeds and the time {where}, got '{x}', of a contact. Such events "
                 "are located from event to event, without method='timestepping'; here they are outputs."
             )
+
+
+def note_of(model: Model, spec: Any, path: Any, time: float) -> str:
+    """Return what is to be said of an event of forces that the motion does not determine then; else an empty text."""
+    watched = of_contacts(model, spec.expression, "an event") if isinstance(path, Phases) else None
+    if watched is None:
+        return ""
+    first, at = {}, 0
+    for contact in model.contacts:
+        first[contact.name], at = at, at + 1 + contact.tangents
+    rows = {
+        first[name] + (1 + j if kind == "tangential" else 0)
+        for terms in watched.quantities.values()
+        for name, kind, j in terms
+        if kind in ("normal", "tangential", "margin")
+    }
+    near = [
+        s for s in path.segments if s.path.start - SAME <= time <= s.path.end + SAME and s.loose is not None
+    ]
+    if any(segment.loose[row] for segment in near for row in rows):
+        return "equal compliance shares the forces of these contacts"
+    return ""

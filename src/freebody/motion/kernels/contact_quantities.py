@@ -7,14 +7,38 @@ slip of one that sticks, the margin of one that slips.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-from ..kernels.kernels import Kernels, Program
-from ..kernels.switches import OfContacts, value_of
+from ...dynamics import State
+from ...scalar.algebra import Scalar
+from .kernels import Kernels, Program
+from .switches import value_of
 
 NAMES = ("gap", "approach", "normal", "tangential", "slip", "margin")
 """Names of quantities, in the order of their numbers."""
 GAP, APPROACH, NORMAL, TANGENTIAL, SLIP, MARGIN = range(6)
+
+
+@dataclass(frozen=True)
+class OfContacts:
+    """An expression of quantities of contacts, for which symbols stand in it, such as ``floor.normal - 50``.
+
+    ``quantities``    for each symbol: contacts over which a quantity is summed, the quantity and its component
+    """
+
+    text: str
+    expression: Any
+    quantities: Mapping[Any, tuple[tuple[str, str, int], ...]] = field(hash=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def value(self, state: State, numbers: Mapping[Any, Scalar]) -> Scalar:
+        """Return its value where its quantities have these ``numbers``."""
+        own = {symbol: numbers[quantity] for symbol, quantity in self.quantities.items()}
+        return state.with_values(self.expression, own)
+
 
 Asked = tuple[tuple[tuple[str, str, int], ...], ...]
 """Quantities, each a sum over contacts: their name, the quantity and its component."""
