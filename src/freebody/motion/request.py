@@ -250,7 +250,7 @@ def problem_of(request: Request) -> Problem:
     specs = (*specs_of(request.events), *switch_specs(model))
     expressions = expressions_of(model, specs)
     if method == "timestepping":
-        refuse_of_contacts(expressions, "in time steps")
+        refuse_of_contacts(expressions, "which time steps watch")
     check_signals(model)
     initial = {} if request.initial is None else request.initial
     if model.constraints:

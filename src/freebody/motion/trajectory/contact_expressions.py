@@ -109,8 +109,8 @@ def refuse_of_contacts(expressions: Iterable[Any], where: str) -> None:
     for x in expressions:
         if isinstance(x, OfContacts):
             raise SimulationError(
-                f"Expected events of coordinates, speeds and the time {where}, got '{x}', of a contact. Such events "
-                "are located from event to event, without method='timestepping'; here they are outputs."
+                f"Expected events of coordinates, speeds and the time, {where}, got '{x}', a quantity of a contact. "
+                "Motions from event to event, without method='timestepping', locate it; here it is an output."
             )
 
 

@@ -39,8 +39,16 @@ def test_what_no_event_watches(text, said):
 
 def test_time_steps_refuse_them():
     with pytest.raises(
-        fb.errors.SimulationError, match="in time steps, got 'floor.gap', of a contact.*outputs"
+        fb.errors.SimulationError,
+        match="which time steps watch, got 'floor.gap', a quantity of a contact.*an output",
     ):
         fb.simulate(
             machine(), 1, initial={"f_z": 0.2}, events=["floor.gap"], method="timestepping", step=0.01
         )
+
+
+def test_an_expression_without_a_value_at_the_start_is_refused():
+    with pytest.raises(
+        fb.errors.SimulationError, match="expected a number for event 'e' at t = 0 s.*force or slip"
+    ):
+        fb.simulate(machine(), 1, initial={"f_z": 0.2}, events=[fb.event("1/floor.normal", name="e")])
