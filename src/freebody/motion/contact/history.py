@@ -39,6 +39,8 @@ WHY = {
     event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
+UNWATCHED = f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} ms at most: a shorter slip is not seen"
+"""What is left open about a rest whose limits of friction are not watched."""
 
 
 class Entry(NamedTuple):
@@ -197,6 +199,8 @@ class History:
         measures = numbers[1 + n_y + 2 * sum(mode == laws.LIMIT for mode in marks[2 : 2 + E]) :]
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
+            held, was_held = after >= event_run.HELD_OPEN, before >= event_run.HELD_OPEN
+            before, after = before - was_held * event_run.HELD_OPEN, after - held * event_run.HELD_OPEN
             name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
             across = work.model.contacts[k].friction_across is not None
             if code != event_run.NO_REASON:
@@ -209,8 +213,12 @@ class History:
             why = why or (
                 "the start" if before < 0 else "an impact" if hit else "a change at another contact"
             )
+            if was_held and before == after and code == event_run.NO_REASON and not hit:
+                why = "its limits are watched again"
             if compliance and after != laws.OPEN:
                 why += "; equal compliance shares the forces"
+            if held:
+                why += f"; {UNWATCHED}"
             if k in current:
                 current[k][3] = t
             mode = work.model.contacts[k].shown(KINDS[after])

@@ -108,6 +108,8 @@ class Memory:
         it.asked, it.crossed = watched.asked, logged if watched.asked else 0
         it.piece = _piece(watched.method)
         it.final = np.array([*watched.terminal, 0], dtype=np.int64)
+        it.signs, it.ways = np.zeros((2, watched.asked + 1), dtype=np.int64)
+        it.crossed_at = np.zeros(watched.asked + 1)
         it.past[:] = -1
         it.last = it.met_at = it.crept_from = -np.inf
         self._log_rows(LOG, LOG, LOG)

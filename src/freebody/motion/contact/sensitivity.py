@@ -13,6 +13,7 @@ from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
+from ..kernels.contact_quantities import OfContacts
 from ..kernels.program import Program
 from ..legs.sensitivity import (
     Derivatives,
@@ -230,8 +231,22 @@ class TouchingNumbers:
         """
         motion, spec = self.motion, self.motion.specs[crossing.number]
         quantity = expressions_of(motion.kernels.model, (spec,))[0]
+        if isinstance(quantity, OfContacts):
+            raise NoDerivativesError(
+                "Expected an event of coordinates, speeds, time and parameters for the derivative of its time, got "
+                f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
+                "motion.sensitivity.times(contact)."
+            )
         row, f, _ = self._before(crossing.time)
         n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+        program, y = motion.kernels.expressions((quantity,)), row[None, :n]
+        (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
+        if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
+            raise SimulationError(
+                f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
+                f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
+                "it jump, motion.sensitivity.times(contact)."
+            )
         (rate,) = self._observed(quantity, crossing.time, row[:n], f, 1.0, zero)
         ways = [self._observed(quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
                 for j, dp in enumerate(self.of.seeds)]  # fmt: skip

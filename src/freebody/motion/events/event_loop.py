@@ -22,6 +22,7 @@ from .bounces import limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
+from .jumps import arrived, jumped
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import band_of, find_flights, project, set_up, shortest_flight
@@ -251,6 +252,12 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         if it.watch[it.followed - 1] < 0.0:  # a tie of features: the correction has decided it
             it.stage = event_run.ARRIVE
             return event_run.OTHER_PLACES
+    set_bands(it)
+    if jumped(it, run) != 0:
+        it.first_row = it.logged
+        log_state(it, it.t, it.y, 0.0)
+        log_phase(it, TERMINAL, 0, 0, 0, event_run.STEPS)
+        return TERMINAL
     if it.holding != 0:
         keep_start(it)
     begin_steps(it, run, end)
@@ -258,11 +265,18 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def begin_steps(it: EventRun, run: Run, end: float) -> None:
-    """Begin the steps of a phase."""
+def set_bands(it: EventRun) -> None:
+    """Write the gaps at which contacts close."""
     phase = PhaseData(it.phase)
     for k in range(it.contacts):
         phase.band[k] = band_of(it, k)
+
+
+@compiled
+def begin_steps(it: EventRun, run: Run, end: float) -> None:
+    """Begin the steps of a phase."""
+    phase = PhaseData(it.phase)
+    set_bands(it)
     for i in range(phase.endings):  # two that fly may meet and be apart again between two points of a step
         k = it.ending[i]
         flies = phase.law[i] == laws.GAP and it.mode[k] == laws.OPEN and it.dead[k] == 0
@@ -296,6 +310,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
             log_crossing(
                 it, search.log_times[e], search.log_numbers[e], search.log_signs[e], search.log_states[e]
             )
+            it.signs[search.log_numbers[e]] = it.ways[search.log_numbers[e]] = search.log_signs[e]
+            it.crossed_at[search.log_numbers[e]] = search.log_times[e]
     it.steps_left -= n
     it.budget -= n
     it.t = run.times[n]
@@ -324,6 +340,7 @@ def creeps(it: EventRun, steps: int) -> int:
 @compiled
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends."""
+    ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
@@ -333,6 +350,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     if status == STIFF:  # the phase goes on by the other method
         it.stage = event_run.LAUNCH
         return event_run.OTHER_METHOD
+    if ends != 0:
+        return TERMINAL
     clear_reasons(it, event_run.NO_REASON)
     code = status
     if status == FINISHED and it.resting != 0 and it.until < it.target:

@@ -92,6 +92,11 @@ STEPS, STRAIGHT, IMPLICIT = range(3)
 PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
 DEAD = 16
 """Added to the shown mode of a contact that the others hold in place."""
+HELD_OPEN = 16
+"""Added, in a change of modes, to that of a contact at rest by forces that are open, whose limits are not watched."""
+
+UNSEEN = 2
+"""Sign of a function of the user that is not known yet."""
 
 # Why a mode began.
 (
@@ -118,6 +123,7 @@ class EventRun(Record):
     ``followed``                  1 + number of the function that tells if patches keep their features, or 0
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
+    ``signs``, ``ways``, ``crossed_at``    sign of each, `UNSEEN` before it is known; sign and time of its last event
     ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
     ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
     ``quaternions``               components at which the ``turned`` unit quaternions begin
@@ -209,6 +215,9 @@ class EventRun(Record):
     ending: Wholes
     place: Wholes
     final: Wholes
+    signs: Wholes
+    ways: Wholes
+    crossed_at: Row
     watch: Row
     watch_later: Row
     stage: Whole

@@ -6,8 +6,8 @@ numbers    of the entries, one after another
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled
-from ..phase.laws import LIMIT
+from ...native.instructions import Reals, compiled, inlined
+from ..phase.laws import LIMIT, STICK
 from . import event_run
 from .event_run import EventRun
 from .moment import copy
@@ -16,7 +16,7 @@ from .moment import copy
 @compiled
 def room_for_event(it: EventRun) -> int:
     """Return 1 if the log has room for what one stage of the loop may add, else 0."""
-    marks = 4 * (16 + 4 * it.contacts + it.rows) + 4 * it.crossed
+    marks = 4 * (16 + 4 * it.contacts + it.rows) + 8 * it.crossed
     numbers = 4 * (16 + 4 * it.n_y + 4 * it.contacts + 4 * it.rows) + (it.n_y + 1) * it.crossed
     fits = it.marked + marks <= it.marks_room and it.numbered + numbers <= it.numbers_room
     return 1 if fits and it.logged + 4 <= it.path_room else 0
@@ -106,6 +106,13 @@ def log_crossing(it: EventRun, t: float, number: int, sign: int, y: Reals) -> No
     end(it, at)
 
 
+@inlined
+def noted_mode(it: EventRun, k: int) -> int:
+    """Return the shown mode of a contact; `HELD_OPEN` is added if only the next step of the speeds asks for its end."""
+    unwatched = it.holding != 0 and it.spare_count > 0 and it.mode[k] == STICK
+    return it.shown[k] + event_run.HELD_OPEN if unwatched else it.shown[k]
+
+
 @compiled
 def log_modes(it: EventRun, hit: int, shares: int) -> None:
     """Log a change of the modes that are shown, with the reasons; the new modes become the past ones.
@@ -114,7 +121,7 @@ def log_modes(it: EventRun, hit: int, shares: int) -> None:
     """
     changed = 0
     for k in range(it.contacts):
-        changed += 1 if it.past[k] != it.shown[k] else 0
+        changed += 1 if it.past[k] != noted_mode(it, k) else 0
     if changed == 0:
         return
     at = begin(it, event_run.NOTE)
@@ -128,11 +135,12 @@ def log_modes(it: EventRun, hit: int, shares: int) -> None:
             note(it, it.way[k, 1])
         mark(it, it.mode[k])
     for k in range(it.contacts):
-        if it.past[k] != it.shown[k]:
+        now = noted_mode(it, k)
+        if it.past[k] != now:
             mark(it, k)
             mark(it, it.past[k])
-            mark(it, it.shown[k])
+            mark(it, now)
             mark(it, it.reason[k])
             note(it, it.measure[k] if it.reason[k] == event_run.CONE_REACHED else 0.0)
-        it.past[k] = it.shown[k]
+        it.past[k] = now
     end(it, at)

@@ -19,6 +19,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
+from .jumps import forget_signs
 from .moment import approaches, choose, copy, is_smooth, largest, look, slip_speed
 from .setting import normalise
 from .slips import log_leap
@@ -143,6 +144,7 @@ def hold_shorter(it: EventRun) -> None:
     it.marked, it.numbered, it.logged = it.held_marks, it.held_numbers, it.held_rows
     it.hold = greater(it.hold / 8.0, event_run.LONGEST)
     it.until, it.holding, it.stage, it.leapt = it.t + it.hold, 1, event_run.LAUNCH, it.t
+    forget_signs(it)
     look(it)
 
 

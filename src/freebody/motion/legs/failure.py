@@ -16,6 +16,7 @@ from ...dynamics.loads.actions import actions
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ..ending import End
+from ..kernels.contact_quantities import OfContacts
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
 from ..ode.dense_output import Array, Rates, observe
@@ -146,6 +147,11 @@ def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> st
 def _undefined(trajectory: Trajectory, path: SampledPath, kernels: Kernels, spec: EventSpec) -> str:
     (expression,) = expressions_of(kernels.model, (spec,))
     last = path.segments[-1].path if isinstance(path, Phases) else path
+    if last.steps == 0 and isinstance(expression, OfContacts):
+        return (
+            f"expected a number for event '{spec.name}' at t = {path.end:.9g} s, where it begins. A division by a "
+            "force or slip that is zero does this: watch what passes through zero itself, or start elsewhere."
+        )
     if last.steps == 0:
         program = kernels.expressions((expression,))
         (value,) = trajectory._observed(program, "values", path.times[-1:], path.states[-1:])[0]

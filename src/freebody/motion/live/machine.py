@@ -35,6 +35,7 @@ from ..ode.run import sizes
 from ..start.closing_record import sizes_of_closing
 from ..start.initial import named_numbers, quaternions_by_joint
 from ..start.loop_closure import equip
+from ..trajectory.contact_expressions import refuse_of_contacts
 from ..trajectory.event import expressions_of
 from .memory import Live
 from .setting import Setting
@@ -106,6 +107,7 @@ class LiveMachine:
             state(self.named[i]) if i in self.named else x for i, x in enumerate(map(float, setting.state))
         ]
         events = expressions_of(model, setting.specs)
+        refuse_of_contacts(events, "which a page watches")
         result: dict[str, list[Scalar]] = {
             "beginning": [*start, *[0] * (self.size - len(start))],
             "conditions": [state(x) for x in model.assumed],

@@ -12,6 +12,7 @@ from ..cones.contacts import Contacts
 from ..events import event_run
 from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
+from ..events.jumps import forget_signs
 from ..events.moment import copy, look
 from ..ode import dop853
 from ..ode.layout import RUNNING
@@ -43,8 +44,10 @@ def run_from_event_to_event(live: Live) -> int:
         elif it.stage == event_run.FOLLOW:
             fresh = 1
         if code == event_run.LONGER and before > 0:
+            note_events(live, it)
             forget(it)
             code = RUNNING
+    note_events(live, it)
     live.reached = it.t
     if code != DEEP:
         live.blame = it.blame
@@ -72,6 +75,7 @@ def begin(live: Live, it: EventRun) -> None:
     it.t, it.target = live.start, live.until
     copy(run.initial, it.y, it.n_y)
     it.steps_left, it.budget = live.most_steps, event_run.NO_PAUSE
+    forget_signs(it)
     look(it)
 
 
@@ -95,8 +99,8 @@ def show(live: Live, it: EventRun, fresh: int) -> int:
     live.steps += n
     live.rejected, live.evaluated = live.rejected + run.rejected, live.evaluated + run.evaluated
     run.rejected = run.evaluated = 0
-    forget(it)
     note_events(live, it)
+    forget(it)
     if n == 0:
         return 1
     if fresh != 0 and new_phase(live, it) == 0:
@@ -145,15 +149,16 @@ def new_phase(live: Live, it: EventRun) -> int:
 
 @compiled
 def note_events(live: Live, it: EventRun) -> None:
-    """Note the user's events of a piece, as long as there is room."""
-    search = live.run.search
-    for e in range(live.run.events):
-        if search.log_numbers[e] < it.asked and live.events < live.room_of_events:
-            at = live.events
-            live.event_times[at], live.event_numbers[at] = search.log_times[e], search.log_numbers[e]
-            live.event_signs[at] = search.log_signs[e]
-            copy(search.log_states[e], live.event_states[at], it.n_y)
+    """Note the user's events in the log, as long as there is room."""
+    entry = 0
+    while entry < it.marked:
+        if it.marks[entry] == event_run.CROSSING and live.events < live.room_of_events:
+            at, first = live.events, it.marks[entry + 2]
+            live.event_times[at], live.event_numbers[at] = it.numbers[first], it.marks[entry + 3]
+            live.event_signs[at] = it.marks[entry + 4]
+            copy(it.numbers[first + 1 :], live.event_states[at], it.n_y)
             live.events += 1
+        entry += it.marks[entry + 1]
 
 
 @compiled

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, lesser
+from ...native.instructions import Reals, compiled, greater, lesser, root
+from ..kernels import contact_quantities as quantities
 from . import laws
 from .bearings import solve
 from .closed_contacts import gamma_of
 from .contact_outputs import (
     adhesion_of,
     force_of,
+    friction,
     gaps_found,
     given_force_of,
     open_touched,
@@ -68,16 +70,65 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
 
 
 @compiled
+def quantity(phase: PhaseData, k: int, what: int, j: int, size: float) -> float:
+    """Return a quantity of a contact for the user: the functions of endings where these are functions of it."""
+    mode, v, F = phase.mode[k], rates_of(phase, k), force_of(phase, k)
+    shut = phase.compliant[k] == 0 and (mode != laws.OPEN or phase.dead[k] != 0)
+    if shut and (what == quantities.GAP or what == quantities.APPROACH):
+        return 0.0
+    if what == quantities.GAP:
+        gap = phase.gaps[phase.gap_at[k]]
+        if phase.compliant[k] == 0:
+            gap -= phase.band[k]
+        return 0.0 if abs(gap) <= phase.near else gap
+    if what == quantities.APPROACH:
+        return -v[0]
+    if what == quantities.SLIP:
+        return 0.0 if mode == laws.STICK or mode == laws.LIMIT else v[1 + j]
+    if mode == laws.OPEN:
+        return 0.0
+    if phase.held[k] != 0:
+        size = 0.0
+    if what == quantities.NORMAL:
+        return F[0] + size
+    if what == quantities.TANGENTIAL:
+        return F[1 + j]
+    mu, load = static_friction_of(phase, k), F[0] + adhesion_of(phase, k)
+    if mode == laws.STICK:
+        square = 0.0
+        for i in range(phase.tangents[k]):
+            square += F[1 + i] * F[1 + i]
+        return mu * load + (1.0 + mu) * size - root(square)
+    return 0.0 if mode == laws.LIMIT else (mu - friction(phase, k)) * load
+
+
+@compiled
+def inputs_found(y: Reals, phase: PhaseData, size: float) -> None:
+    """Set the quantities of contacts that the functions of the user take, after the state."""
+    n = phase.n_q + phase.n
+    for i in range(n):
+        phase.inputs[i] = y[i]
+    for a in range(phase.asked):
+        phase.inputs[n + phase.into[a]] = 0.0
+    for a in range(phase.asked):
+        k, what, j = phase.of_contact[a], phase.what[a], phase.component[a]
+        phase.inputs[n + phase.into[a]] += quantity(phase, k, what, j, size)
+
+
+@compiled
 def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to the functions of the user, then to the functions that end the phase as they fall through zero."""
     phase, size = PhaseData(c), 0.0
-    if phase.expressions > 0:
+    if phase.expressions > 0 and phase.asked == 0:
         phase.values(t, y, phase.values_c, out)
     if phase.conditions > phase.own or phase.held_count > 0:
         solve(t, y, phase)
         size = laws.ROUNDED * parts_of_forces(phase)
     gaps_found(t, y, phase)
-    if phase.compliant_count > 0:
+    if phase.compliant_count > 0 or phase.asked > 0:
         open_touched(t, y, phase)
+    if phase.asked > 0:
+        inputs_found(y, phase, size)
+        phase.values(t, phase.inputs, phase.values_c, out)
     for i in range(phase.endings):
         out[phase.expressions + i] = ending(phase, i, size)

@@ -44,6 +44,7 @@ def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integer
     at, slipping, normal = own, 0, -1
     for k in range(phase.contacts):
         slip, held = direction_kind(phase, k, modes[k]), phase.held[k]
+        phase.mode[k], phase.dead[k] = modes[k], dead[k]
         phase.pushed[k] = slip if held != 0 else laws.NO_SLIP
         if phase.presser[k] < 0:  # resistance to rolling and spinning follows its contact, and has its normal
             normal = at if held == 0 else -1

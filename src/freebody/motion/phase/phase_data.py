@@ -10,6 +10,7 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
+from ..kernels.contact_quantities import NAMES, Asked
 from ..ode.dense_output import Array
 from .candidates import ContactPattern
 from .phase_record import PhaseData
@@ -61,12 +62,15 @@ class DataProgram:
             c[place : place + size] = program.constants(parameters)
 
 
-def phase_data(phase: Any, programs: Mapping[str, tuple[Any, str]], endings: bool, whole: bool) -> PhaseData:
+def phase_data(
+    phase: Any, programs: Mapping[str, tuple[Any, str]], endings: bool, whole: bool, asked: Asked = ()
+) -> PhaseData:
     """Return the data of a phase, before its modes are written: a copy of those made for the first phase of its sizes.
 
     ``programs``   name of a kernel in the data -> its program, and its name there
     ``endings``    True if the end of the phase is watched
     ``whole``      True for room for all modes, which compiled code may write then
+    ``asked``      quantities of contacts that the functions of the user take
     """
     scene, own, n = phase.scene, len(phase.own), phase.model.n_u
     active, conditions = len(phase.active), own + len(phase.conditions)
@@ -74,9 +78,9 @@ def phase_data(phase: Any, programs: Mapping[str, tuple[Any, str]], endings: boo
     if whole:
         active, conditions, slipping = min(own + scene.rows, n), own + scene.rows, len(phase.modes)
     kernels = {name: (one.address(its), one.compiled.hoisted) for name, (one, its) in programs.items()}
-    key = (active, conditions, slipping, endings, *kernels.items())
+    key = (active, conditions, slipping, endings, asked, *kernels.items())
     if key not in scene.layouts:
-        data = _made(phase, (active, conditions, slipping), kernels, scene.endings if endings else ())
+        data = _made(phase, (active, conditions, slipping), kernels, scene.endings if endings else (), asked)
         _write_pattern(data, phase, programs["machine"][0])
         scene.layouts[key] = data
     data = scene.layouts[key].copied()
@@ -87,8 +91,9 @@ def phase_data(phase: Any, programs: Mapping[str, tuple[Any, str]], endings: boo
 
 
 def _made(
-    phase: Any, sizes: tuple[int, int, int], kernels: Mapping[str, tuple[int, int]], endings: Sequence[Any]
-) -> PhaseData:
+    phase: Any, sizes: tuple[int, int, int], kernels: Mapping[str, tuple[int, int]], endings: Sequence[Any],
+    asked: Asked,
+) -> PhaseData:  # fmt: skip
     """Return data with these kernels, each with the number of its constants, and endings.
 
     ``sizes``    numbers of active conditions, of all, and of contacts that slip, which there is room for
@@ -112,8 +117,14 @@ def _made(
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
-        square_of_active=active * active, rows_of_G_and_K=conditions + slipping, **constants,
+        square_of_active=active * active,
+        asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked),
+        rows_of_G_and_K=conditions + slipping, **constants,
     )  # fmt: skip
+    names = [contact.name for contact in model.contacts]
+    terms = [(names.index(k), NAMES.index(what), j, at) for at, one in enumerate(asked) for k, what, j in one]
+    if terms:
+        data.of_contact[:], data.what[:], data.component[:], data.into[:] = np.array(terms).T
     _part(data, parts)
     _part(data, state)
     for name, (address, _) in kernels.items():

@@ -17,6 +17,10 @@ class PhaseData(Record):
     ``own``, ``all_own``        conditions of the machine itself: active ones, and all
     ``endings``                 functions that may end the phase
     ``expressions``             functions of the user before them
+    ``asked``, ``inputs``       terms of the quantities of contacts that these take, and q, u and these quantities
+                                (`contact_quantities`): ``of_contact``, ``what``, ``component`` and ``into`` of each
+                                term;  ``near``: gap that counts as none, at the end of a phase
+    ``mode``, ``dead``          mode of each contact, and 1 if the others hold it in place
     ``held_count``              contacts whose normal force the state gives
     ``compliant_count``         those of them with a law of the depth
     ``adhesive_count``          contacts that bear a pull
@@ -96,6 +100,7 @@ class PhaseData(Record):
     all_own: Count
     endings: Count
     expressions: Count
+    asked: Count
     held_count: Count
     compliant_count: Count
     adhesive_count: Count
@@ -131,6 +136,14 @@ class PhaseData(Record):
     gaps_at: Annotated[Wholes, "pairs"]
     touch: Annotated[Row, "contact_outputs"]
     touch_at: Annotated[Wholes, "contacts"]
+    of_contact: Annotated[Wholes, "asked"]
+    what: Annotated[Wholes, "asked"]
+    component: Annotated[Wholes, "asked"]
+    into: Annotated[Wholes, "asked"]
+    inputs: Annotated[Row, "of_inputs"]
+    near: Real
+    mode: Annotated[Wholes, "contacts"]
+    dead: Annotated[Wholes, "contacts"]
     gap_at: Annotated[Wholes, "contacts"]
     laws_at: Annotated[Wholes, "contacts"]
     rates_at: Annotated[Wholes, "contacts"]

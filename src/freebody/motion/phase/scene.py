@@ -23,6 +23,7 @@ from ...errors import SimulationError
 from ...model import Model
 from ...model.resistance import pressers
 from ...native import loop
+from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
 from .candidates import Candidates, coefficients
@@ -305,7 +306,7 @@ class Phase:
         """
 
         def make() -> DataProgram:
-            values: Any = self.scene.kernels.expressions(expressions) if expressions else None
+            values: Any = watched_program(self.scene.kernels, expressions) if expressions else None
             moved, count = self.model.n_q + self.model.n_u, len(expressions)
             if patches is not None:
                 values, count = patches.with_values(values, count), count + patches.functions_count
@@ -315,7 +316,7 @@ class Phase:
                 "projection": moved,
                 "watched": count + len(self.scene.endings),
             }
-            return self.data(sizes, values=values, count=count, whole=True)
+            return self.data(sizes, values=values, count=count, whole=True, asked=asked_by(expressions))
 
         return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
 
@@ -344,9 +345,9 @@ class Phase:
         """Function ``watched``: the user's expressions, then the functions that end the phase (:func:`endings`)."""
 
         def make() -> DataProgram:
-            values = self.scene.kernels.expressions(expressions) if expressions else None
-            count = len(expressions) + len(self.scene.endings)
-            return self.data({"watched": count}, values=values, count=len(expressions))
+            values = watched_program(self.scene.kernels, expressions) if expressions else None
+            count, asked = len(expressions) + len(self.scene.endings), asked_by(expressions)
+            return self.data({"watched": count}, values=values, count=len(expressions), asked=asked)
 
         return cast(DataProgram, self._program(tuple(expressions), make))
 
@@ -360,6 +361,7 @@ class Phase:
         count: int = 0,
         whole: bool = False,
         source: Source | None = None,
+        asked: Asked = (),
     ) -> DataProgram:
         """Return compiled functions for these modes.
 
@@ -369,6 +371,7 @@ class Phase:
         derived     name and program of a function of the state, accelerations, forces and multipliers
         values      program of the ``count`` functions of the user
         whole       True for room for any modes
+        asked       quantities of contacts that these take
         source      where the functions and the kernels stand; by default, on this computer
         """
         candidates = self.scene.candidates
@@ -385,7 +388,7 @@ class Phase:
             name, of_forces = derived
             programs["derived"] = of_forces, name
             found[name] = code("derived"), of_forces.outputs(name)
-        data = phase_data(self, programs, "watched" in outputs, whole)
+        data = phase_data(self, programs, "watched" in outputs, whole, asked)
         data.expressions = count
         modes = np.array([NUMBERS[mode.partition(" ")[0]] for mode in self.modes], dtype=np.int64)
         active = np.array([i - candidates.own for i in self.active[len(self.own) :]], dtype=np.int64)

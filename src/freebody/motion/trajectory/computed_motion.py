@@ -22,6 +22,7 @@ from ...errors import SimulationError, nearest
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
+from .contact_expressions import note_of
 from .course import Course
 from .event import Event, EventList, EventSpec, Happening
 from .one_sided_limits import Span, spans, warnings_of
@@ -206,6 +207,7 @@ class ComputedMotion:
                 self.specs[crossing.number].name,
                 crossing.sign,
                 dict(zip(self.names, crossing.state.tolist(), strict=False)),
+                note=note_of(self.kernels.model, self.specs[crossing.number], self.path, crossing.time),
             )
             for crossing in self.path.crossings
         ]

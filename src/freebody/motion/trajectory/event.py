@@ -19,6 +19,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import Switch, switches
 from ..ode.dense_output import Watch
+from .contact_expressions import of_contacts
 from .outputs import quantity_of
 
 
@@ -46,16 +47,19 @@ class Event:
         +1 when the expression rose through zero, -1 when it fell.
     state : mapping of str to float
         Coordinates and speeds at that time, by name.
+    note : str
+        What a force of a contact is that the motion does not determine there; else empty.
     """
 
     time: float
     name: str
     direction: int
     state: Mapping[str, float]
+    note: str = field(default="", kw_only=True)
 
     def __str__(self) -> str:
         how = {1: "rises through", -1: "falls through"}.get(self.direction, "is")
-        return f"t = {self.time:.6g} s: {self.name}: {how} zero"
+        return f"t = {self.time:.6g} s: {self.name}: {how} zero{'; ' if self.note else ''}{self.note}"
 
 
 @dataclass(frozen=True)
@@ -158,16 +162,19 @@ def switch_specs(model: Model) -> tuple[EventSpec, ...]:
 
 def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression, ...]:
     """Return the expressions of events in the names of the model."""
-    result = []
+    result: list[Any] = []
     for spec in specs:
         if isinstance(spec.expression, Switch):
             result.append(spec.expression)
             continue
+        touched = of_contacts(model, spec.expression, f"event '{spec.name}'")
+        if touched is not None:
+            result.append(touched)
+            continue
         if isinstance(spec.expression, str) and quantity_of(model, spec.expression):
             raise SimulationError(
-                f"Expected an expression of coordinates, speeds and the time for event '{spec.name}', got a quantity "
-                "of a contact or of a reaction, which is an output. Contacts that close, open, stick and slip are "
-                "events of themselves, in motion.events."
+                f"Expected an expression of coordinates, speeds, the time and contacts for event '{spec.name}', got a "
+                "reaction of a joint, which is an output."
             )
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):

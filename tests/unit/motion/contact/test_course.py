@@ -16,6 +16,7 @@ import freebody as fb
 from contact_machines import DISK
 from freebody.cli import main
 from freebody.errors import SimulationError
+from freebody.motion.events import event_run
 
 PAGE = (Path(__file__).parents[4] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
 
@@ -142,3 +143,20 @@ def test_the_keyboard_interrupts_a_machine_that_rattles_within_a_tenth_of_a_seco
     finally:
         signal.signal(signal.SIGINT, before)
     assert min(waited) < 0.1
+
+
+def test_the_timeline_says_where_limits_of_open_forces_are_not_watched():
+    """A change of modes is logged with `HELD_OPEN` there: the rest is named, and the moment that ends it."""
+    s = fb.System("bowling")
+    s.gravity = (0, -9.81, 0)
+    body = s.body("disk", fb.disk(10, 0.3))
+    s.planar("plane", s.ground, body, coordinate="x y turn")
+    s.contact("floor", body.circle(0.3), s.ground.plane(normal="y"), friction=0.2)
+    history = fb.simulate(s, 1, initial={"y": 0.3, "x'": 3}).course.history
+    at = np.flatnonzero(history.marks == event_run.SLIP_STOPPED)[-1]
+    history.marks[at - 1] += event_run.HELD_OPEN
+    change = history.timeline[-1]
+    assert change.mode == "stick" and change.why == (
+        "the slip stopped; open forces hold it at rest, asked every 1 ms at most: a shorter slip is not seen"
+    )
+    assert str(history.happenings[-1]).endswith(f"slip + → stick, {change.why}")

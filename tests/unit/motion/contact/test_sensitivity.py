@@ -50,6 +50,19 @@ def test_times_of_events_of_the_user_and_ends():
     assert later.sensitivity["energy", "h"][-1] == pytest.approx(0.64 * G, rel=1e-9)  # m = 1
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("y'", "jumps over it"), ("1/2 - floor.gap", "a quantity of a contact. The times of a contact")],
+)
+def test_times_at_which_a_speed_or_a_force_jumps_are_those_of_the_contact(text, said):
+    s, start = ball(), {"y": "h"}
+    motion = fb.simulate(s, 0.5, initial=start, events=[fb.event(text, "jump", 1)], sensitivities=["h"])
+    if text == "y'":
+        assert motion.sensitivity.times("floor")[0] == pytest.approx(np.sqrt(2 / G) / 2, rel=1e-8)
+    with pytest.raises(fb.errors.SimulationError, match=said):
+        motion.sensitivity.times("jump")
+
+
 def test_batches_copies_and_fits():
     s, start = ball(), {"y": "h"}
     common = dict(initial=start, times=[0.3, 0.9], sensitivities=["h", "e"])
