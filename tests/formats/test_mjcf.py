@@ -360,6 +360,20 @@ def test_base_says_what_the_file_does_not(tmp_path, base, count):
     assert fb.assemble(s).n_u == count + 1
 
 
+def test_motions_hold_the_base_where_the_file_has_it(tmp_path):
+    inside = f'<body name="base" pos="0 0 2" euler="0 0 90"><geom size="0.1"/>{PIN}</body>'
+    s = read(tmp_path, inside, base=fb.Slider("x", "rail"))
+    position = fb.compile(s).poses([0.5, 0.0])["base"][1]
+    assert position == pytest.approx([0, 0.5, 2], abs=1e-15)
+
+
+def test_bodies_in_a_fixed_one_stay_welded(tmp_path):
+    inside = f'<body name="a"><geom size="0.1"/><body name="b"><geom size="0.1"/>{PIN}</body></body>'
+    for base in (None, "fixed"):
+        s = read(tmp_path, inside, base=base, keep_fixed=True)
+        assert s.joints["b_base"].kind == "weld" and fb.assemble(s).n_u == 1
+
+
 def test_a_fixed_base_takes_the_free_joint_away(tmp_path):
     s = read(tmp_path, f'<body name="base"><freejoint/><geom size="0.1"/>{PIN}</body>', base="fixed")
     assert fb.assemble(s).coordinate_names == ("pin",)
@@ -758,7 +772,10 @@ def test_attributes_of_the_compiler_that_are_not_read_are_said(tmp_path):
 
 
 def test_options_are_checked(tmp_path):
-    with pytest.raises(ModelError, match="Expected base= one of 'fixed', 'free', 'planar', got 'wheels'"):
+    with pytest.raises(
+        ModelError,
+        match="Expected base= one of 'fixed', 'free', 'planar', or motions such as .*, got 'wheels'",
+    ):
         read(tmp_path, PIN, base="wheels")
 
 
