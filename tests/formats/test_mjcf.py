@@ -12,7 +12,6 @@ import sympy
 
 import freebody as fb
 from freebody.errors import FormatError, ModelError
-from freebody.formats.mjcf.words import table
 
 from .test_urdf import same
 
@@ -793,10 +792,3 @@ def test_hostile_files_end(tmp_path):
     s = read(tmp_path, PIN.replace("</body>", '<geom type="mesh" mesh="bad"/></body>'),
              head='<asset><mesh file="bad.msh"/></asset>')  # fmt: skip
     assert "expected MSH of" in str(s.reading)
-
-
-def test_the_page_shows_the_readers_own_table():
-    page = Path(__file__).parents[2] / "docs" / "robots.md"
-    if not page.is_file():
-        pytest.skip("the documentation is not in the package")
-    assert table() in page.read_text(), "put freebody.formats.mjcf.words.table() into docs/robots.md"

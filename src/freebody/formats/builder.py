@@ -125,19 +125,17 @@ class Builder:
     def held(self, name: str, body: Any, **where: Any) -> None:
         """Let a body move from the ground as ``base`` says: by motions, in a plane, or freely."""
         s, base = self.s, self.options.base
-        if base == "planar":
-            s.planar(
-                name,
-                s.ground,
-                body,
-                coordinate=[self.name(f"{name}_{x}") for x in ("x", "y", "turn")],
-                **where,
-            )
-        elif base == "free":
-            s.free(name, s.ground, body, coordinate=self.free(name), **where)
+        if isinstance(base, str):
+            joins: dict[str, Any] = {"planar": (s.planar, self.plane), "free": (s.free, self.free)}
+            join, coordinate = joins[base]
+            join(name, s.ground, body, coordinate=coordinate(name), **where)
         else:
             s.chain(name, s.ground, body, [base] if isinstance(base, Primitive) else base, **where)
             self.taken.update(names_of(s).kinds)
+
+    def plane(self, name: str) -> list[str]:
+        """Return the coordinates of a motion in a plane."""
+        return [self.name(f"{name}_{x}") for x in ("x", "y", "turn")]
 
     def parameter(self, name: str, value: float, unit: str) -> Any:
         """Return a parameter with this default, or the number itself: zero, or where no symbols are wanted."""
