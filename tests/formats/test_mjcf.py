@@ -12,7 +12,6 @@ import sympy
 
 import freebody as fb
 from freebody.errors import FormatError, ModelError
-from freebody.formats.mjcf.words import table
 
 from .test_urdf import same
 
@@ -358,6 +357,20 @@ def test_bodies_without_joints_merge_or_are_kept(tmp_path):
 def test_base_says_what_the_file_does_not(tmp_path, base, count):
     s = read(tmp_path, f'<body name="base"><geom size="0.1"/>{PIN}</body>', base=base)
     assert fb.assemble(s).n_u == count + 1
+
+
+def test_motions_hold_the_base_where_the_file_has_it(tmp_path):
+    inside = f'<body name="base" pos="0 0 2" euler="0 0 90"><geom size="0.1"/>{PIN}</body>'
+    s = read(tmp_path, inside, base=fb.Slider("x", "rail"))
+    position = fb.compile(s).poses([0.5, 0.0])["base"][1]
+    assert position == pytest.approx([0, 0.5, 2], abs=1e-15)
+
+
+def test_bodies_in_a_fixed_one_stay_welded(tmp_path):
+    inside = f'<body name="a"><geom size="0.1"/><body name="b"><geom size="0.1"/>{PIN}</body></body>'
+    for base in (None, "fixed"):
+        s = read(tmp_path, inside, base=base, keep_fixed=True)
+        assert s.joints["b_base"].kind == "weld" and fb.assemble(s).n_u == 1
 
 
 def test_a_fixed_base_takes_the_free_joint_away(tmp_path):
@@ -758,7 +771,10 @@ def test_attributes_of_the_compiler_that_are_not_read_are_said(tmp_path):
 
 
 def test_options_are_checked(tmp_path):
-    with pytest.raises(ModelError, match="Expected base= one of 'fixed', 'free', 'planar', got 'wheels'"):
+    with pytest.raises(
+        ModelError,
+        match="Expected base= one of 'fixed', 'free', 'planar', or motions such as .*, got 'wheels'",
+    ):
         read(tmp_path, PIN, base="wheels")
 
 
@@ -776,10 +792,3 @@ def test_hostile_files_end(tmp_path):
     s = read(tmp_path, PIN.replace("</body>", '<geom type="mesh" mesh="bad"/></body>'),
              head='<asset><mesh file="bad.msh"/></asset>')  # fmt: skip
     assert "expected MSH of" in str(s.reading)
-
-
-def test_the_page_shows_the_readers_own_table():
-    page = Path(__file__).parents[2] / "docs" / "robots.md"
-    if not page.is_file():
-        pytest.skip("the documentation is not in the package")
-    assert table() in page.read_text(), "put freebody.formats.mjcf.words.table() into docs/robots.md"

@@ -123,6 +123,15 @@ def test_a_planar_base_slides(tmp_path):
     assert fb.assemble(s).coordinate_names[:3] == ("base_x", "base_y", "base_turn")
 
 
+def test_a_base_moves_by_given_motions(tmp_path):
+    base = [fb.Slider("x", "rail"), fb.Hinge("z", "shoulder")]
+    s = read(tmp_path, *DOUBLE[1:3], DOUBLE[4], base=base)
+    names = fb.assemble(s).coordinate_names
+    assert names[:2] == ("rail", "shoulder") and len(set(names)) == len(names) == 3
+    alone = fb.compile(read(tmp_path, bar("a"), base=fb.Slider("x", "rail")))
+    assert float(alone.mass_matrix([0.3])[0, 0]) == pytest.approx(2, abs=1e-15)
+
+
 def test_a_joint_that_mimics_follows(tmp_path):
     follow = '<mimic joint="left" multiplier="-2" offset="0.1"/>'
     s = read(tmp_path, '<link name="w"/>', bar("a"), bar("b"), joint("left", "w", "a"),
@@ -607,8 +616,12 @@ def test_what_urdf_does_not_have_is_said(tmp_path):
 
 
 def test_wrong_options_are_refused(tmp_path):
-    with pytest.raises(ModelError, match="base= one of 'fixed', 'free', 'planar', got 'loose'"):
+    with pytest.raises(
+        ModelError, match="base= one of 'fixed', 'free', 'planar', or motions such as .*, got 'loose'"
+    ):
         read(tmp_path, *DOUBLE, base="loose")
+    with pytest.raises(ModelError, match="Expected at least one motion"):
+        read(tmp_path, bar("a"), base=[])
     with pytest.raises(ModelError, match="symbols= one of"):
         read(tmp_path, *DOUBLE, symbols="some")
     with pytest.raises(ModelError, match="meshes= one of False, True, got 'maybe'"):

@@ -39,7 +39,7 @@ __all__ = ["read", "read_case", "replacing", "write"]
 def read(
     path: str | os.PathLike[str],
     *,
-    base: str | None = None,
+    base: Any = None,
     symbols: str = "masses",
     keep_fixed: bool = False,
     meshes: bool = True,
@@ -57,9 +57,9 @@ def read(
     path : path-like
         A ``.toml`` file (the page *Model files* of the documentation gives its keys), or a ``.urdf`` or ``.xml``
         (MJCF) file (*Robots*).
-    base : {"fixed", "free", "planar"}, optional
+    base : {"fixed", "free", "planar"}, motion or sequence of motions, optional
         How the ground holds the link of a robot that no joint holds, of which URDF says nothing; by default fixed, and
-        in MJCF as the file says.
+        in MJCF as the file says. Motions make a joint as in :meth:`System.chain`: ``fb.Slider("x", "rail")``.
     symbols : {"none", "masses", "all"}
         What of a robot becomes a parameter with the file's number as its default: nothing, masses and inertias
         (``m_link3``, ``c_link3_x``, ``I_link3_xx``, dampers, springs and ``g``), or lengths (``r_joint3_x``) too.

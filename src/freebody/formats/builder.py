@@ -10,6 +10,8 @@ from functools import reduce
 from operator import add
 from typing import Any
 
+from ..describe.description import names_of
+from ..describe.joints.primitive import Primitive
 from ..describe.system import System
 from ..errors import MassError, ModelError, shown
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector
@@ -21,7 +23,7 @@ from .reading import Reading
 from .xml_tree import Element, identifier
 
 BASES = (None, "fixed", "free", "planar")
-"""Values of ``base``: how the ground holds the first link; None is what the file says, or fixed."""
+"""Values of ``base``: how the ground holds the first link; None is what the file says, or fixed. Motions, too."""
 SYMBOLS = ("none", "masses", "all")
 """Values of ``symbols``: what becomes a parameter."""
 UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
@@ -61,7 +63,7 @@ class Cluster:
 class Options:
     """Options of robots' files, arguments of :func:`freebody.read`; ModelError for a value that does not exist."""
 
-    base: str | None
+    base: Any
     symbols: str
     keep_fixed: bool
     meshes: bool
@@ -76,9 +78,18 @@ class Options:
             if name == "contacts":
                 continue
             values: Any = known.get(name, (False, True))
+            if name == "base" and _are_motions(value):
+                continue
             if value not in values or isinstance(value, int) != isinstance(values[-1], int):
                 listed = ", ".join(repr(x) for x in values if x is not None)
+                listed += ", or motions such as [fb.Slider('x'), fb.Hinge('z')]" if name == "base" else ""
                 raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
+
+
+def _are_motions(base: Any) -> bool:
+    """Return whether ``base`` is a motion of a joint, or several."""
+    motions = [base] if isinstance(base, Primitive) else base
+    return isinstance(motions, list | tuple) and all(isinstance(one, Primitive) for one in motions)
 
 
 class Builder:
@@ -110,6 +121,21 @@ class Builder:
             name += "_"
         self.taken.update(parts)
         return name
+
+    def held(self, name: str, body: Any, **where: Any) -> None:
+        """Let a body move from the ground as ``base`` says: by motions, in a plane, or freely."""
+        s, base = self.s, self.options.base
+        if isinstance(base, str):
+            joins: dict[str, Any] = {"planar": (s.planar, self.plane), "free": (s.free, self.free)}
+            join, coordinate = joins[base]
+            join(name, s.ground, body, coordinate=coordinate(name), **where)
+        else:
+            s.chain(name, s.ground, body, [base] if isinstance(base, Primitive) else base, **where)
+            self.taken.update(names_of(s).kinds)
+
+    def plane(self, name: str) -> list[str]:
+        """Return the coordinates of a motion in a plane."""
+        return [self.name(f"{name}_{x}") for x in ("x", "y", "turn")]
 
     def parameter(self, name: str, value: float, unit: str) -> Any:
         """Return a parameter with this default, or the number itself: zero, or where no symbols are wanted."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -125,3 +126,17 @@ def plural(noun: str, count: int) -> str:
     if count == 1:
         return noun
     return noun[:-1] + "ies" if noun.endswith("y") else noun + "s"
+
+
+def listed(words: Iterable[str]) -> str:
+    """Return the words of a format as a page shows them."""
+    return ", ".join(f"`{word}`" for word in words)
+
+
+def reasons(words: Mapping[str, str]) -> str:
+    """Return the words that are left out, with the reasons, as a page shows them."""
+    found: dict[str, list[str]] = {}
+    for word, what in words.items():
+        if what:
+            found.setdefault(what, []).append(word)
+    return "; ".join(f"{listed(some)}: {what}" for what, some in found.items())

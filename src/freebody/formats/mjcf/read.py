@@ -65,12 +65,14 @@ class Reader(Builder):
         self.places: dict[str, Pose] = {}  # of bodies and sites in the ground, as the file draws them
         self.bodies_of: dict[str, Body] = {}
         self.sites: dict[str, tuple[Any, Pose]] = {}
+        self.first: set[str] = set()  # bodies that are not in another
 
     # -- the tree -----------------------------------------------------------------------------------
 
-    def grow(self, world: Body, base: str | None) -> None:
+    def grow(self, world: Body, base: Any) -> None:
         """Add all bodies and joints."""
         self.gravity()
+        self.first = {child.name for child in world.children}
         cluster = self.cluster(world, base)
         self.s.scenery = cluster.properties.shape
         self.carry(cluster, self.s.ground, Pose())
@@ -85,10 +87,10 @@ class Reader(Builder):
                 )
             held = self.body(own, "body")
             self.carry(own, held, place)
-            self.hold(body, parent, held, pose, base)
+            self.hold(body, parent, held, pose)
             waiting += [(child, inner, held, place @ inner) for child, inner in reversed(own.joints)]
 
-    def cluster(self, head: Body, base: str | None) -> Cluster:
+    def cluster(self, head: Body, base: Any) -> Cluster:
         """Return the bodies that move with ``head``."""
         result = Cluster(head)
         waiting = [(head, Pose())]
@@ -110,7 +112,7 @@ class Reader(Builder):
         result.joints.sort(key=lambda pair: pair[0].number)
         return result
 
-    def moves(self, body: Body, base: str | None, parent: Body) -> bool:
+    def moves(self, body: Body, base: Any, parent: Body) -> bool:
         """Return True if a body is one of its own in the system."""
         if body.mocap:
             return False
@@ -133,11 +135,11 @@ class Reader(Builder):
 
     # -- joints -------------------------------------------------------------------------------------
 
-    def hold(self, body: Body, parent: Any, child: Any, pose: Pose, base: str | None) -> None:
+    def hold(self, body: Body, parent: Any, child: Any, pose: Pose) -> None:
         """Add the joints of a body: one joint of the system, which is a chain if there are several."""
         joints = body.joints
         if not joints:
-            self.base(body, parent, child, pose, base)
+            self.base(body, parent, child, pose)
         elif len(joints) == 1:
             self.single(joints[0], parent, child, pose)
         else:
@@ -148,18 +150,14 @@ class Reader(Builder):
             for index, joint in enumerate(joints):
                 self.with_forces(joint, made, index, pose)
 
-    def base(self, body: Body, parent: Any, child: Any, pose: Pose, base: str | None) -> None:
+    def base(self, body: Body, parent: Any, child: Any, pose: Pose) -> None:
         """Hold a body without joints: as ``base`` says, or welded."""
         name = self.renamed(f"{body.name}_base", self.joints)
         where = _where(pose, ZERO)
-        if parent is not self.s.ground:
-            self.s.weld(name, parent, child, **where)
-        elif base == "planar":
-            q = [self.name(f"{name}_{x}") for x in ("x", "y", "turn")]
-            self.s.planar(name, parent, child, coordinate=q, **where)
+        if body.name in self.first:
+            self.held(name, child, **where)
         else:
-            prefix = self.free(name)
-            self.s.free(name, parent, child, coordinate=prefix, **where)
+            self.s.weld(name, parent, child, **where)
 
     def single(self, joint: Joint, parent: Any, child: Any, pose: Pose) -> None:
         """Add the only joint of a body."""
@@ -315,7 +313,7 @@ class Reader(Builder):
                 self.reading.keyframes[name] = dict(zip(order, values, strict=True))
 
 
-def _moves_mass(reader: Reader, cluster: Cluster, base: str | None) -> bool:
+def _moves_mass(reader: Reader, cluster: Cluster, base: Any) -> bool:
     """Return True if a cluster or what it carries has a mass."""
     waiting = [cluster]
     while waiting:

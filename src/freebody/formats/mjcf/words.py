@@ -1,9 +1,11 @@
 """Words of the format: what is read, what is left out, and what that means for the motion.
 
-In the tables an attribute or element without a text is read, or says nothing of the motion (looks, names, numerics).
+In the tables an attribute or element without a text is read, or says nothing of the motion (`QUIET`).
 """
 
 from __future__ import annotations
+
+from ..reading import listed, reasons
 
 POSE = dict.fromkeys(("pos", "quat", "axisangle", "euler", "xyaxes", "zaxis"), "")
 NAMES = dict.fromkeys(("name", "class", "user", "group"), "")
@@ -16,10 +18,11 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
     "inertial": POSE | dict.fromkeys(("mass", "diaginertia", "fullinertia"), ""),
     "joint": NAMES | dict.fromkeys(
         ("type", "pos", "axis", "range", "limited", "ref", "springref", "stiffness", "damping", "armature",
-         "frictionloss", "springdamper", "align"), "",
+         "frictionloss", "springdamper"), "",
     ) | dict.fromkeys(("solreflimit", "solimplimit", "solreffriction", "solimpfriction", "margin"), SOFT) | {
         "actuatorfrcrange": "the sum of its actuators is not limited", "actuatorfrclimited": "",
         "actuatorgravcomp": "gravity compensation is left out",
+        "align": "a free joint keeps the origin and axes of its body",
     },
     "geom": NAMES | POSE | LOOKS | dict.fromkeys(
         ("type", "size", "fromto", "mass", "density", "shellinertia", "mesh", "hfield", "contype", "conaffinity",
@@ -30,6 +33,14 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
     "site": NAMES | POSE | LOOKS | dict.fromkeys(("type", "size", "fromto"), ""),
 }  # fmt: skip
 """Attributes of elements in bodies."""
+
+QUIET: dict[str, tuple[str, ...]] = {
+    "mujoco": ("size", "statistic", "visual", "custom"), "body": ("class", "user", "group", "sleep"),
+    "joint": ("user", "group", "actuatorfrclimited"), "geom": ("user", "material", "hfield", "fitscale", "fluidcoef"),
+    "site": ("user", "group", "material", "rgba", "type", "size"),
+    "compiler": ("texturedir", "discardvisual", "usethread", "fusestatic", "saveinertial", "fitaabb"),
+}  # fmt: skip
+"""Words without a text that say nothing of the motion. All others without a text are read."""
 
 NOTHING = ("camera", "light")
 """Elements in bodies that say nothing of the motion."""
@@ -90,21 +101,16 @@ TRANSMISSIONS: dict[str, str] = {"joint": "", "jointinparent": "", "tendon": ""}
 
 def table() -> str:
     """Return the table of what is read, as the page on robots shows it."""
-    rows = ["| in | read | left out, and said |", "|---|---|---|"]
-    kinds: list[tuple[str, dict[str, str]]] = [
-        ("`<mujoco>`", SECTIONS), ("`<compiler>`", COMPILER), ("`<option>`", OPTIONS),
-        *((f"`<{tag}>`", words) for tag, words in ATTRIBUTES.items()),
+    rows = ["| in | read | says nothing of the motion | left out, and said |", "|---|---|---|---|"]
+    kinds: list[tuple[str, dict[str, str], tuple[str, ...]]] = [
+        *((f"`<{tag}>`", words, QUIET.get(tag, ())) for tag, words in
+          ({"mujoco": SECTIONS, "compiler": COMPILER, "option": OPTIONS} | ATTRIBUTES).items()),
         ("`<body>`, elements", dict.fromkeys(("joint", "freejoint", "geom", "site", "frame", "inertial", *NOTHING), "")
-         | BODY_LEFT_OUT),
-        ("`<tendon>`", TENDONS), ("`<actuator>`", ACTUATORS), ("actuators act on", TRANSMISSIONS),
-        ("`<equality>`", EQUALITIES),
+         | BODY_LEFT_OUT, NOTHING),
+        ("`<tendon>`", TENDONS, ()), ("`<actuator>`", ACTUATORS, ()), ("actuators act on", TRANSMISSIONS, ()),
+        ("`<equality>`", EQUALITIES, ()),
     ]  # fmt: skip
-    for name, words in kinds:
-        read = ", ".join(f"`{word}`" for word, what in words.items() if not what)
-        reasons: dict[str, list[str]] = {}
-        for word, what in words.items():
-            if what:
-                reasons.setdefault(what, []).append(f"`{word}`")
-        left = "; ".join(f"{', '.join(some)}: {what}" for what, some in reasons.items())
-        rows.append(f"| {name} | {read} | {left} |")
+    for name, words, quiet in kinds:
+        read = listed(word for word, what in words.items() if not what and word not in quiet)
+        rows.append(f"| {name} | {read} | {listed(quiet)} | {reasons(words)} |")
     return "\n".join(rows)

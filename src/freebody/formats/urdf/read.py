@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...describe.system import System
+from ...errors import shown
 from ...scalar.algebra import IDENTITY, multiply
 from ...scalar.expression import exact
 from ...space.pose import Pose
@@ -31,7 +32,7 @@ def system_of(root: Element, file: Path, reading: Reading, options: Options) -> 
     """
     meshes = Meshes(file, reading)
     reader = _Reader(robot(root, reading, meshes if options.meshes else None), reading, options)
-    system = reader.system(options.base or "fixed")
+    system = reader.system("fixed" if options.base is None else options.base)
     add_contacts(reader, meshes)
     return system
 
@@ -49,7 +50,7 @@ class _Reader(Builder):
             if one.mimic is not None:
                 self.mimics.setdefault(one.mimic[0], []).append((one, *one.mimic[1:]))
 
-    def system(self, base: str) -> System:
+    def system(self, base: Any) -> System:
         """Return the system."""
         s, root = self.s, self.robot.links[self.robot.root]
         first = self._cluster(root)
@@ -71,14 +72,9 @@ class _Reader(Builder):
             name = identifier("base", self.joints)
             if not first.massive and not first.joints:
                 raise root.element.error(
-                    f"expected a mass of link '{root.name}', which moves freely with base='{base}'"
+                    f"expected a mass of link '{root.name}', which moves freely with base={shown(base)}"
                 )
-            if base == "free":
-                s.free(name, s.ground, held, coordinate=self.free(name))
-            else:
-                s.planar(
-                    name, s.ground, held, coordinate=[self.name(f"{name}_{x}") for x in ("x", "y", "turn")]
-                )
+            self.held(name, held)
         self._grow(first, held, driven)
         return s
 

@@ -14,7 +14,7 @@ from ..reading import Reading
 from ..xml_tree import Element
 from .joint import Joint, joint
 from .link import Link, link
-from .words import SEVERAL
+from .words import LEFT_OUT, SEVERAL
 
 
 @dataclass
@@ -61,17 +61,6 @@ def robot(root: Element, reading: Reading, meshes: Meshes | None = None) -> Robo
             f"{reading.right_angles} angles",
         )  # fmt: skip
     return _tree(root, links, joints, reading)
-
-
-LEFT_OUT = {
-    "transmission": "transmissions say nothing of the motion but a reduction; give the inertia of a rotor yourself",
-    "gazebo": "settings of another simulator",
-    "sensor": "sensors",
-    "ros2_control": "settings of a controller",
-    "mujoco": "settings of another simulator",
-    "loop_joint": "not a part of URDF: the loop is open; close it by a joint of s",
-}
-"""What is left out of a robot, and what that means."""
 
 
 def _has_macros(root: Element) -> bool:

@@ -5,7 +5,7 @@ Source: the XML specification of URDF (ROS wiki, urdf/XML), and what its referen
 
 from __future__ import annotations
 
-from ..reading import Reading
+from ..reading import Reading, listed, reasons
 from ..xml_tree import Element
 
 SEVERAL = ("floating", "planar", "spherical")
@@ -34,6 +34,20 @@ WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
     "dynamics": (("damping", "friction", "spring_stiffness", "spring_reference"), (), ()),
 }
 """Attributes of an element, elements in it of which there is one, and elements of which there may be several."""
+QUIET: dict[str, tuple[str, ...]] = {
+    "link": ("type",), "visual": ("name",), "collision": ("name", "group", "verbose"),
+    "joint": ("safety_controller", "calibration"),
+}  # fmt: skip
+"""Attributes and elements of these that say nothing of the motion. The others are read."""
+LEFT_OUT = {
+    "transmission": "transmissions say nothing of the motion but a reduction; give the inertia of a rotor yourself",
+    "gazebo": "settings of another simulator",
+    "sensor": "sensors",
+    "ros2_control": "settings of a controller",
+    "mujoco": "settings of another simulator",
+    "loop_joint": "not a part of URDF: the loop is open; close it by a joint of s",
+}
+"""What is left out of a robot, and what that means."""
 
 
 def say_unknown(element: Element, what: str, reading: Reading) -> None:
@@ -58,3 +72,19 @@ def say_unknown(element: Element, what: str, reading: Reading) -> None:
                     child.line,
                     "not a part of URDF that says something of the motion",
                 )
+
+
+def table() -> str:
+    """Return the table of what is read, as the page on robots shows it."""
+    rows = [
+        "| in | attributes read | elements read | says nothing of the motion | left out, and said |",
+        "|---|---|---|---|---|",
+        f"| `<robot>` | `name` | `link`, `joint`, `material` | | {reasons(LEFT_OUT)} |",
+    ]
+    for tag, (attributes, single, several) in WORDS.items():
+        quiet = QUIET.get(tag, ())
+        columns = [
+            [word for word in words if word not in quiet] for words in (attributes, (*single, *several))
+        ]
+        rows.append(f"| `<{tag}>` | {listed(columns[0])} | {listed(columns[1])} | {listed(quiet)} | |")
+    return "\n".join(rows)
