@@ -155,6 +155,11 @@ class Path:
         return float(self.times[-1])
 
     @property
+    def ends(self) -> Array:
+        """States at the start and at the end."""
+        return np.stack([self.states[0], self.states[-1]])
+
+    @property
     def steps(self) -> int:
         """Number of accepted steps."""
         return self.lengths.size

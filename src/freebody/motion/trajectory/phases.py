@@ -74,12 +74,17 @@ class Phases:
     @property
     def start(self) -> float:
         """Time at which the run starts [s]."""
-        return self.segments[0].path.start
+        return float(self.starts[0])
 
-    @property
+    @cached_property
     def end(self) -> float:
         """Time at which the run ends [s]."""
-        return self.segments[-1].path.end
+        return float(self._of_each("end")[-1])
+
+    @property
+    def ends(self) -> Array:
+        """States at the start and at the end."""
+        return np.stack([self.segments[0].path.states[0], self.segments[-1].path.states[-1]])
 
     @property
     def sense(self) -> float:
