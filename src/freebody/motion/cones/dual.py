@@ -57,10 +57,6 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     The rows whose x is positive are held at the start.
     """
     m, r, place, n = problem.count, dense.right, dense.place, pressing(problem, dense)
-    for a in range(m):
-        r[a] = problem.b[a]
-        for i in range(n):
-            r[a] += dense.A[a * m + dense.among[i]] * problem.x[dense.among[i]]
     for _ in range(CHANGES * m):
         p, worst = -1, -0.5 * goal * problem.reference
         for a in range(m):
@@ -77,79 +73,87 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
 
 @compiled
 def factor(dense: Dense, m: int, p: int, n: int) -> float:
-    """Set row n of the factor to that of row p of A; return the square of its diagonal entry, which is not set."""
-    A, L = dense.A, dense.N
-    rest, row = A[p * m + p], L[n * m :]
+    """Add row p of A to the factor R of A = Rᵀ R, as column n; return the square of its diagonal entry, which is not
+    set. The column stays in ``entries``.
+    """
+    R, d, rest = dense.N, dense.entries, dense.A[p * m + p]
     for i in range(n):
-        total, other = A[p * m + dense.among[i]], L[i * m :]
-        for k in range(i):
-            total -= other[k] * row[k]
-        row[i] = total / other[i]
-        rest -= row[i] * row[i]
+        d[i] = dense.A[p * m + dense.among[i]]
+    for i in range(n):
+        row = R[i * m :]
+        d[i] /= row[i]
+        for k in range(i + 1, n):
+            d[k] -= row[k] * d[i]
+        row[n] = d[i]
+        rest -= d[i] * d[i]
     return rest
 
 
 @compiled
+def back(dense: Dense, m: int, n: int) -> None:
+    """Solve R y = d in place of ``entries``."""
+    R, d = dense.N, dense.entries
+    for i in range(n - 1, -1, -1):
+        row = R[i * m :]
+        for k in range(i + 1, n):
+            d[i] -= row[k] * d[k]
+        d[i] /= row[i]
+
+
+@compiled
 def pressing(problem: ContactProblem, dense: Dense) -> int:
-    """Hold the conditions whose impulses are positive, without those that depend on others or would have to pull; set
-    x and return their number.
+    """Hold the conditions whose impulses are positive, less those that would have to pull; set x and the rates, and
+    return their number.
     """
-    m, L, y, x, place, n, pull = problem.count, dense.N, dense.entries, problem.x, dense.place, 0, 1
-    for a in range(m):
-        if x[a] > 0.0:
+    n, held = 0, -1
+    for a in range(problem.count):
+        if problem.x[a] > 0.0:
             dense.among[n] = a
             n += 1
-        x[a], place[a] = 0.0, -1
-    while pull != 0:
-        count, pull = 0, 0
-        for i in range(n):
-            p = dense.among[i]
-            rest = factor(dense, m, p, count)
-            if rest > DEPENDENT * dense.A[p * m + p]:
-                L[count * m + count], dense.among[count] = root(rest), p
-                count += 1
-        n = count
-        for i in range(n):
-            y[i] = -problem.b[dense.among[i]]
-            for k in range(i):
-                y[i] -= L[i * m + k] * y[k]
-            y[i] /= L[i * m + i]
-        count = 0
-        for i in range(n - 1, -1, -1):
-            y[i] /= L[i * m + i]
-            for k in range(i):
-                y[k] -= L[i * m + k] * y[i]
-        for i in range(n):
-            if y[i] > 0.0:
-                dense.among[count] = dense.among[i]
-                y[count] = y[i]
-                count += 1
-        n, pull = count, 1 if count < n else 0
-    for i in range(n):
-        x[dense.among[i]], place[dense.among[i]] = y[i], i
+    while held != n:
+        held = press_together(problem, dense, n)
+        n = 0
+        for i in range(held):
+            if problem.x[dense.among[i]] > 0.0:
+                dense.among[n] = dense.among[i]
+                n += 1
     return n
+
+
+@compiled
+def press_together(problem: ContactProblem, dense: Dense, n: int) -> int:
+    """Set x so that n conditions are met as equations, without those that depend on others; return their number."""
+    m, R, d, count = problem.count, dense.N, dense.entries, 0
+    for i in range(n):
+        p = dense.among[i]
+        rest = factor(dense, m, p, count)
+        if rest > DEPENDENT * dense.A[p * m + p]:
+            R[count * m + count], dense.among[count] = root(rest), p
+            count += 1
+    for a in range(m):
+        problem.x[a], dense.right[a], dense.place[a] = 0.0, problem.b[a], -1
+    for i in range(count):
+        d[i] = -problem.b[dense.among[i]]
+    for i in range(count):
+        row = R[i * m :]
+        d[i] /= row[i]
+        for k in range(i + 1, count):
+            d[k] -= row[k] * d[i]
+    back(dense, m, count)
+    for i in range(count):
+        p = dense.among[i]
+        problem.x[p], dense.place[p] = d[i], i
+        change(problem, dense, p, d[i])
+    return count
 
 
 @compiled
 def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
     """Take in condition p beside the n that are held; return the new number, or -1 where none can be let go."""
-    m, A, L, d, x, r, place = (
-        problem.count,
-        dense.A,
-        dense.N,
-        dense.entries,
-        problem.x,
-        dense.right,
-        dense.place,
-    )
+    m, A, d, x, r, place = problem.count, dense.A, dense.entries, problem.x, dense.right, dense.place
     while True:
         rest = factor(dense, m, p, n)
-        for i in range(n):
-            d[i] = L[n * m + i]
-        for i in range(n - 1, -1, -1):
-            d[i] /= L[i * m + i]
-            for k in range(i):
-                d[k] -= L[i * m + k] * d[i]
+        back(dense, m, n)
         far, freed = math.inf, -1
         if rest > DEPENDENT * A[p * m + p]:
             far = -r[p] / rest
@@ -159,18 +163,23 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
         if not math.isfinite(far):
             return -1
         x[p] += far
+        change(problem, dense, p, far)
         for i in range(n):
             x[dense.among[i]] -= far * d[i]
-        for a in range(m):
-            total = A[a * m + p]
-            for i in range(n):
-                total -= A[a * m + dense.among[i]] * d[i]
-            r[a] += far * total
+            change(problem, dense, dense.among[i], -far * d[i])
         if freed < 0:
-            L[n * m + n] = root(rest)
+            dense.N[n * m + n] = root(rest)
             dense.among[n], place[p] = p, n
             return n + 1
         n = let_go(problem, dense, freed, n)
+
+
+@compiled
+def change(problem: ContactProblem, dense: Dense, p: int, x: float) -> None:
+    """Change the rates by what an impulse of condition p does."""
+    r, row = dense.right, dense.A[p * problem.count :]
+    for a in range(problem.count):
+        r[a] += row[a] * x
 
 
 @compiled
