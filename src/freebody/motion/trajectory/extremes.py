@@ -90,9 +90,7 @@ def extremes(motion: ComputedMotion, outputs: Output) -> Array:
         A quantity changes more often than can be told apart in one step.
     """
     quantities = outputs.reduced_values
-    at_ends = _at(motion, np.array([motion.path.start, motion.path.end]))
-    at_ends.states = motion.path.ends
-    ends = values(at_ends, quantities)
+    ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives
 
     def function(moments: Array, leg: Any) -> Array:

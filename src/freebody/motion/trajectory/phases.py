@@ -82,11 +82,6 @@ class Phases:
         return float(self._of_each("end")[-1])
 
     @property
-    def ends(self) -> Array:
-        """States at the start and at the end."""
-        return np.stack([self.segments[0].path.states[0], self.segments[-1].path.states[-1]])
-
-    @property
     def sense(self) -> float:
         """1 if the run goes forwards in time, -1 if it goes backwards."""
         return 1.0 if self.end >= self.start else -1.0
@@ -161,7 +156,7 @@ class Phases:
                 f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        result = np.empty((moments.size, self.rates.size))
+        result = np.empty((moments.size, self.segments[0].path.states.shape[1]))
         for k, chosen in self.split(moments):
             result[chosen] = self.segments[k].path.sample(moments[chosen], dense)
         return result
