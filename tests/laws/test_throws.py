@@ -46,6 +46,15 @@ def test_thrown_dice_come_to_rest(seed):
     rests(die(), thrown(seed))
 
 
+def test_a_die_that_rocks_over_an_edge_in_slow_slip_comes_to_rest():
+    """An implicit step ends at an event there: its iteration did not converge from the polynomial before it."""
+    q = (-0.1894359306568357, 0.1878837336743605, -0.8881520967803146, 0.37416518248160285)
+    w = (-28.439918538771792, -44.61601513368328, 42.90739081193253)
+    start = {"f_z": 0.3} | {f"f_e{k}": x for k, x in enumerate(q)}
+    motion = rests(die(), start | {f"f_w{c}": x for c, x in zip("xyz", w, strict=True)})
+    assert "radau" in {segment.path.method for segment in motion.path.segments}
+
+
 def coin():
     """A coin of 24 corners, 12 on each side."""
     s = fb.System("coin")

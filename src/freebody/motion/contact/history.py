@@ -71,13 +71,14 @@ class History:
     def __reduce__(self) -> Any:
         return Told, (self.happenings, self.timeline, self.indeterminate)
 
-    def entries(self) -> Iterator[Entry]:
-        """Yield the entries in their order."""
-        at, marks, end = 0, self.marks, len(self.numbers)
+    def entries(self, *kinds: int) -> Iterator[Entry]:
+        """Yield the entries, of these kinds or of all, in their order."""
+        at, marks, end = 0, self.marks.tolist(), len(self.numbers)
         while at < len(marks):
-            kind, size, first = marks[at : at + 3].tolist()
-            last = int(marks[at + size + 2]) if at + size < len(marks) else end
-            yield Entry(kind, marks[at + 3 : at + size].tolist(), self.numbers[first:last])
+            kind, size, first = marks[at : at + 3]
+            if not kinds or kind in kinds:
+                last = marks[at + size + 2] if at + size < len(marks) else end
+                yield Entry(kind, marks[at + 3 : at + size], self.numbers[first:last])
             at += size
 
     def modes(self, numbers: list[int], directions: Array) -> tuple[str, ...]:
@@ -99,10 +100,10 @@ class History:
     def phases(self) -> list[tuple[list[int], Array, tuple[Crossing, ...]]]:
         """The entries of phases, each with the events of the user in it."""
         result, crossings = [], list[Crossing]()
-        for kind, marks, numbers in self.entries():
+        for kind, marks, numbers in self.entries(event_run.CROSSING, event_run.PHASE):
             if kind == event_run.CROSSING:
                 crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
-            if kind == event_run.PHASE:
+            else:
                 result.append((marks, numbers, tuple(crossings)))
                 crossings = []
         return result
@@ -155,14 +156,15 @@ class History:
         happenings: list[Happening] = []
         changes: list[list[Any]] = []  # contact, mode, start, end, why
         current: dict[int, list[Any]] = {}
-        for kind, marks, numbers in self.entries():
+        told = (event_run.TOLD, event_run.IMPACT, event_run.RESTING, event_run.NOTE)
+        for kind, marks, numbers in self.entries(*told):
             if kind == event_run.TOLD:
                 happenings.append(self.told[marks[0]])
             elif kind == event_run.IMPACT:
                 happenings.append(self._impact(marks, numbers))
             elif kind == event_run.RESTING:
                 happenings.append(self._rest(marks, numbers))
-            elif kind == event_run.NOTE:
+            else:
                 self._note(marks, numbers, happenings, changes, current)
         for change in current.values():
             change[3] = float(self.path.end)
@@ -274,6 +276,8 @@ class Logged(Sequence[Segment]):
             return [crossings for _, _, crossings in self.history.phases]
         if name == "start":
             return self.history.times[[first for first, *_ in marks]].tolist()
+        if name == "end":
+            return self.history.times[[first + rows - 1 for first, rows, *_ in marks]].tolist()
         return [rows - 1 if name == "steps" else rejected for _, rows, _, rejected, *_ in marks]
 
     def __getitem__(self, k: Any) -> Any:

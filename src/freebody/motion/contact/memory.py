@@ -31,6 +31,8 @@ IMPLICIT = "radau"
 """Method of the steps where the friction of a slow slip in space is stiff."""
 LOG = 1 << 12
 """First number of rows of the log."""
+LONGEST = 1 << 15
+"""Number of rows of the log with which the memory of a finished run is kept."""
 SPARE = 8
 """Number of memories of finished runs that a machine keeps: one for each thread that asks for the same functions."""
 
@@ -152,8 +154,14 @@ class Memory:
         if self.it.implicit:
             self.change_method()
         self.other = None
+        it = self.it
+        rooms = it.marks_room, it.numbers_room, it.path_room
         for memory_of_one, image in self.images:
             memory_of_one[:] = image
+        if it.path_room != rooms[2]:  # the log has grown
+            it.marks_room, it.numbers_room, it.path_room = rooms
+            for name in ("marks", "numbers", "times", "lengths", "states"):
+                setattr(it, name, it.arrays[name])
         if self.bits != parameters.tobytes():
             self.set_parameters(parameters)
             self.bits = parameters.tobytes()
@@ -164,9 +172,9 @@ class Memory:
         self.images = [(block, block.copy()) for block in blocks]
 
     def give_back(self, key: Watched) -> None:
-        """Offer this memory to the next run of these functions, unless its log has grown or it has patches."""
+        """Offer this memory to the next run of these functions, unless its log is long or it has patches."""
         spare = self.scene.spare
-        if self.patches is None and self.it.path_room == LOG == self.it.marks_room == self.it.numbers_room:
+        if self.patches is None and self.it.path_room <= LONGEST:
             if key not in spare and len(spare) >= SPARE:
                 spare.clear()
             of_key = spare.setdefault(key, [])

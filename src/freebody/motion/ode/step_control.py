@@ -303,6 +303,8 @@ def follow_events(run: Run) -> int:
     if search.seen == 1.0:
         if method.densify is not None:
             method.densify(run)
+        if method.expect is not None:
+            method.expect(run, run.h)
         run.evaluated += method.cost_dense
         search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
     first = True

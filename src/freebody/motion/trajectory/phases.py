@@ -74,12 +74,12 @@ class Phases:
     @property
     def start(self) -> float:
         """Time at which the run starts [s]."""
-        return self.segments[0].path.start
+        return float(self.starts[0])
 
-    @property
+    @cached_property
     def end(self) -> float:
         """Time at which the run ends [s]."""
-        return self.segments[-1].path.end
+        return float(self._of_each("end")[-1])
 
     @property
     def sense(self) -> float:
@@ -156,7 +156,7 @@ class Phases:
                 f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        result = np.empty((moments.size, self.rates.size))
+        result = np.empty((moments.size, self.segments[0].path.states.shape[1]))
         for k, chosen in self.split(moments):
             result[chosen] = self.segments[k].path.sample(moments[chosen], dense)
         return result
