@@ -270,7 +270,7 @@ class Phase:
         )
 
     def contact(self) -> DataProgram:
-        """Functions ``gap``, ``distance``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        """Functions ``gap``, ``distance``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m)."""
         E = len(self.modes)
         sizes = {
             "gap": E,

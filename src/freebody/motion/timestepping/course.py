@@ -22,6 +22,7 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
+from ...model import Model
 from ...model.contact import friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown

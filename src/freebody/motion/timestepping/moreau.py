@@ -120,8 +120,8 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     """Find free speeds and impulses with the greatest part of the restitution that makes no energy; return a failure
     or NONE.
 
-    It is halved, in the islands that gain, as that of an impact between events is (`cones.collision`). Where no impulses
-    obey the law, there is none either.
+    It is halved, in the islands that gain, as that of an impact between events is (`cones.collision`). Where no
+    impulses obey the law, there is none either.
     """
     failure, turn = balanced(run, islands, t), 0
     while turn <= HALVINGS and failure == NONE and gains(run, islands) != 0:
@@ -156,7 +156,12 @@ def gains(run: Run, islands: Islands) -> int:
         for k in range(3):
             energy[b, k] = 0.0
     for a in range(problem.count):
-        b, before, free, after = island_of(problem, islands, a), contacts.before[a], problem.b[a], problem.r[a]
+        b, before, free, after = (
+            island_of(problem, islands, a),
+            contacts.before[a],
+            problem.b[a],
+            problem.r[a],
+        )
         if b >= 0:
             x = 0.5 * problem.x[a]
             if problem.kinds[a] == NORMAL:
