@@ -230,3 +230,19 @@ def test_a_box_that_rocks_on_four_soft_corners_comes_to_rest_in_steps():
     motion = fb.simulate(s, 0.5, initial=start, method="timestepping", step=1e-3)
     assert motion["f_z"][-1] == pytest.approx(0.05 - G / 4e4, abs=1e-5)
     assert abs(motion["f_vx"][-1]) < 1e-6
+
+
+@pytest.mark.parametrize("law", ["1e4*depth + 30*rate", "1e5*depth**1.5*(1 + 0.4*rate)"])
+def test_a_corner_that_slips_as_the_box_is_level_is_not_held_by_the_other(law):
+    """A box that lands on two soft corners and rocks: as it passes the level, both corners move alike for a moment."""
+    s = fb.System("box")
+    s.gravity = (0, -G, 0)
+    box = s.body("box", fb.box(1, (0.54, 0.236, 0.2)))
+    s.planar("air", s.ground, box, coordinate="x y turn")
+    s.contact("feet", box.corners(size=(0.54, 0.236)), s.ground.plane(), friction=0.2, normal=law)
+    start = {"y": 0.119, "turn": 2e-3, "x'": -0.2, "turn'": 0.01}
+    motion = fb.simulate(s, 0.3, initial=start, samples=301)
+    assert (np.diff(np.sign(motion["turn"])) != 0).sum() > 2
+    for contact in motion.contacts.values():
+        assert np.abs(contact.slip[contact.mode == "stick"]).max(initial=0) < 1e-9
+    assert motion.energy.relative_residual < 1e-8

@@ -322,3 +322,22 @@ def test_pairs_have_quantities_by_name(method):
     )
     assert np.allclose(lanes[names[0]], 2 * 9.81, rtol=1e-9) and lanes[names[0]].attrs["units"] == "N"
     assert np.allclose(lanes[names[1]].values[:, -1], [0.4, 0.5], atol=1e-12)
+
+
+@pytest.mark.parametrize("family", [True, False])
+@pytest.mark.parametrize("method", [{}, {"method": "timestepping", "step": 1e-3}], ids=["events", "steps"])
+def test_the_gap_of_a_ball_and_a_capsule_is_their_distance(method, family):
+    """A ball passes the end of a capsule, beside it and beyond: the wall of that has no end to its own gap."""
+    s = fb.System("pill")
+    s.gravity = (0, 0, 0)
+    ball, pill = s.body("ball", fb.sphere(1, 0.1)), s.body("pill", fb.cylinder(1, 0.1, 0.4))
+    s.free("a", s.ground, ball)
+    s.free("b", s.ground, pill)
+    shapes = ball.sphere(0.1), pill.capsule((0, 0, -0.15), (0, 0, 0.15), 0.1)
+    s.contacts("pile", shapes) if family else s.contact("pile", *shapes)
+    start = {"a_x": 0.32, "a_z": 0.5, "a_vz": -1.0, "a_vx": -0.1}
+    motion = fb.simulate(s, 0.6, initial=start, samples=31, **method)
+    z, x = motion["a_z"], motion["a_x"]
+    distance = np.hypot(x, z - np.clip(z, -0.15, 0.15)) - 0.2
+    assert np.abs(motion["pile[ball,pill].gap" if family else "pile.gap"] - distance).max() < 1e-12
+    assert z[0] > 0.25 and abs(z[-1]) < 0.15 and distance.min() > 0

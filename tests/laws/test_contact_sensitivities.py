@@ -50,6 +50,86 @@ def test_slopes_are_differences(scene, seed):
     assert worst is None or worst < ALLOWED
 
 
+def soft_ball(law, space):
+    """A ball over a soft floor, which slips, rolls and leaves it."""
+    s = fb.System("ball")
+    g = s.parameters(k=1e4, c=0.4, mu=0.3, g=9.81)[-1]
+    s.gravity = (0, 0, -g) if space else (0, -g, 0)
+    ball = s.body("ball", fb.sphere(0.1, 0.02))
+    if space:
+        s.free("f", s.ground, ball)
+        start = {"f_z": 0.021, "f_vz": -1.0, "f_vx": 0.2, "f_vy": 0.1, "f_wx": 3.0}
+    else:
+        s.planar("air", s.ground, ball, coordinate="x y turn")
+        start = {"y": 0.021, "y'": -1.0, "x'": 0.2}
+    floor = s.ground.plane(normal="z" if space else "y")
+    s.contact("floor", ball.sphere(0.02), floor, friction="mu", normal=law)
+    return s, start, 0.05
+
+
+def rubbing_arm(coefficients):
+    """Two bars with friction in their hinges, which stick in turn, and a stop."""
+    s = fb.System("arm")
+    g = s.parameters(T=0.1, e=0.5, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above, joints = s.ground, []
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        joints.append(
+            s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        )
+        s.friction(f"f{name}", joints[-1], torque="T", **coefficients)
+        above = bar
+    s.stop("end", joints[1], low=-1, high=0.7, restitution="e")
+    return s, {"q": 1.0, "p": 0.5}, 0.8
+
+
+def soft_box(law, wall):
+    """A box that rocks on two soft corners, and hits a hard wall."""
+    s = fb.System("box")
+    g = s.parameters(k=1e4, c=30.0, mu=0.3, e=0.5, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    box = s.body("box", fb.box(1, (0.4, 0.3, 0.2)))
+    s.planar("air", s.ground, box, coordinate="x y w")
+    s.contact(
+        "feet", box.corners((-0.2, -0.15, 0), (0.2, -0.15, 0)), s.ground.plane(), friction="mu", normal=law
+    )
+    side = box.corners((0.2, -0.15, 0), (0.2, 0.15, 0))
+    s.contact("side", side, s.ground.plane(at=(wall, 0, 0), normal="-x"), friction="mu", restitution="e")
+    return s, {"y": 0.3, "w": 0.4, "x'": 1.0, "w'": 1.0}, 0.45
+
+
+@pytest.mark.parametrize(
+    ("scene", "given", "names"),
+    [
+        (soft_ball, ("k*depth**1.5*(1 + c*rate)", False), ("k", "c", "mu", "g", "y'")),
+        (soft_ball, ("k*depth", True), ("k", "mu", "f_vz", "f_wx")),
+        (rubbing_arm, ({"static": "1.4*T"},), ("T", "e", "g", "p")),
+        pytest.param(soft_ball, ("k*depth**1.5", True), ("k", "mu", "f_vz", "f_wx"), marks=pytest.mark.slow),
+        pytest.param(soft_ball, ("k*depth + 20*c*rate", False), ("k", "c", "mu"), marks=pytest.mark.slow),
+        pytest.param(
+            soft_box, ("k*depth + c*rate", 0.5), ("k", "c", "mu", "e", "w'"), marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
+    """Of compliant contacts and of friction in joints, by differences of the fourth order."""
+    s, start, until = scene(*given)
+    options = {"tolerance": 1e-13, "samples": 2}
+    motion = fb.simulate(s, until, initial=start, sensitivities=list(names), **options)
+    for name in names:
+        value = start[name] if name in start else float(motion.values[name])
+        h, ends = 1e-5 * max(abs(value), 1e-3), []
+        for k in (1, -1, 2, -2):
+            change = {name: value + k * h}
+            changed = {"initial": start | change} if name in start else {"initial": start, "values": change}
+            ends.append(fb.simulate(s, until, **changed, **options).states[-1])
+        expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * h)
+        found = np.array([motion.sensitivity[x, name][-1] for x in motion.names])
+        n = len(found)
+        assert np.abs(found - expected[:n]).max() <= 1e-6 * np.abs(expected[:n]).max()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", [plane_scene, space_scene])
 def test_slopes_are_differences_in_many_scenes(scene):

@@ -94,12 +94,20 @@ def normal_force(model: Model, state: State, contact: Contact, touching: bool = 
 
     Otherwise a negative depth counts as 0.
     """
+    values = law_values(model, state, contact)
+    return state.with_values(contact.normal_force, values if touching else pressing(state, values))
+
+
+def law_values(model: Model, state: State, contact: Contact) -> dict[Any, Scalar]:
+    """Return the depth of a contact and its rate, by their names in a law of the normal force."""
     it = touch_of_shapes(model, state, contact)
-    depth = -it.gap
-    if not touching:
-        depth = (depth + state.field.apply("abs", depth)) / 2
-    rate = -dot(it.normal, velocity_over(model, state, contact))
-    return state.with_values(contact.normal_force, {DEPTH: depth, RATE: rate})
+    return {DEPTH: -it.gap, RATE: -dot(it.normal, velocity_over(model, state, contact))}
+
+
+def pressing(state: State, values: Mapping[Any, Scalar]) -> dict[Any, Scalar]:
+    """Return these values with 0 for a negative depth."""
+    depth = values[DEPTH]
+    return {**values, DEPTH: (depth + state.field.apply("abs", depth)) / 2}
 
 
 class Geometry:

@@ -17,7 +17,7 @@ import math
 from typing import Annotated
 
 from ...native.instructions import compiled, greater, lesser
-from ...native.records import Count, Record, Row, Whole, Wholes, record
+from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
@@ -47,6 +47,7 @@ class Islands(Record):
     ``parent``   a block of the same island, itself for the first one;  ``worst``: greatest violation of a law in it
     ``place``    number of a block in the island;  ``order``: its blocks;  ``own``: rows of the problem in the island
     ``part``     the island as a problem of its own
+    ``energy``   sums over an island that judge its rebounds;  ``rebounds``: number of these
     """
 
     speeds: Count
@@ -57,6 +58,8 @@ class Islands(Record):
     place: Annotated[Wholes, "blocks"]
     order: Annotated[Wholes, "blocks"]
     own: Annotated[Wholes, "most"]
+    energy: Annotated[Rows, "blocks", 3]
+    rebounds: Annotated[Wholes, "blocks"]
     part: ContactProblem
     dense: Dense
     newton: Newton
@@ -73,8 +76,8 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
     problem.residual = residual(problem)
     connect(problem, islands)
     for a in range(problem.count):
-        if blocks.first[problem.rows[a] + 1] > blocks.first[problem.rows[a]]:
-            b = root_of(islands, blocks.pieces[blocks.first[problem.rows[a]]])
+        b = island_of(problem, islands, a)
+        if b >= 0:
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
@@ -110,6 +113,13 @@ def connect(problem: ContactProblem, islands: Islands) -> None:
                 islands.parent[other] = one
             else:
                 islands.parent[one] = other
+
+
+@compiled
+def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
+    """Return the first block of the island of a row; -1 if the row moves nothing."""
+    blocks, r = problem.blocks, problem.rows[a]
+    return -1 if blocks.first[r + 1] == blocks.first[r] else root_of(islands, blocks.pieces[blocks.first[r]])
 
 
 @compiled

@@ -206,7 +206,7 @@ class Touching:
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
         gaps, rates, forces, static = _by_phase(
-            motion, "contact", ("gap", "rate", "force", "static_friction")
+            motion, "contact", ("distance", "rate", "force", "static_friction")
         )
         path = phases_of(motion)
         segments, places = path.segments, path.places(motion.t)

@@ -31,7 +31,7 @@ from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
-from ..start.overlap import refuse_overlap
+from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.progress import Progress
 from .state import ContactRun
 
@@ -43,7 +43,8 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
     rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
-    refuse_overlap(work.model.name, zip(compress(work.names, rigid), seen.gap[rigid], strict=False), near)
+    gaps = zip(compress(work.names, rigid), seen.gap[rigid], strict=False)
+    refuse_overlap(work.model.name, gaps, near, sides=sides_of(work.model.contacts))
 
 
 def run(work: ContactRun, state: Array, begin: float, end: float, between: Progress) -> End:

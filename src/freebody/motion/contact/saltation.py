@@ -34,6 +34,9 @@ from .slopes import Slopes, refused
 def event_slope(slopes: Slopes, phase: Phase, t: float, y: Array, k: int, why: int, along: Any) -> float:
     """Return the derivative along a direction of the function whose zero is an event of a contact."""
     own, at, n = slopes.own(along.touches, k), slopes.scene.first[k], slopes.scene.tangents[k]
+    if slopes.model.contacts[k].compliant and why in (event_run.GAP_CLOSED, event_run.NORMAL_ZERO):
+        # N has a slope of its own only inside: at the surface that may be 0
+        return float(slopes.given_of(own, k) if is_deep(slopes, t, y, k) else own[0])
     if why == event_run.GAP_CLOSED:
         return float(own[0])
     dF = along.forces[at : at + 1 + n]
@@ -49,6 +52,12 @@ def event_slope(slopes: Slopes, phase: Phase, t: float, y: Array, k: int, why: i
         dv = slopes.rates_of(own, k)[1:]
         return float(dv[0] if n == 1 else v @ dv / np.linalg.norm(v))
     return float(own[1 + reach_at_zero(slopes, t, y, k)])
+
+
+def is_deep(slopes: Slopes, t: float, y: Array, k: int) -> bool:
+    """Return True if a contact has a depth above the round-off of places."""
+    near = CLOSED * (1 + float(np.abs(y[: slopes.model.n_q]).max(initial=0)))
+    return bool(slopes.look(t, y).gap[k] < -near)
 
 
 def reach_at_zero(slopes: Slopes, t: float, y: Array, k: int) -> int:

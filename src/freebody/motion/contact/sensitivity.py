@@ -39,8 +39,7 @@ from .slopes import NoDerivativesError, Slopes
 
 SPECIAL: dict[str, Callable[[Any], bool]] = {
     "resistance to rolling or spinning": lambda contact: bool(contact.presser),
-    "a compliant law": lambda contact: contact.compliant,
-    "a given normal force": lambda contact: contact.held,
+    "friction under the load of a joint": lambda contact: contact.loaded,
     "adhesion": lambda contact: contact.adhesion != 0,
 }
 """What a contact may have that the derivatives lack."""

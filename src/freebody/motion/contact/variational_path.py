@@ -105,7 +105,7 @@ def pieces(
     states = own.sample(times[1:-1]) if len(times) > 2 else np.empty((0, slopes.moved + 2))
     r, shifts = S, np.zeros(len(S))
     for begin, end, y in zip(times[:-1], times[1:], [own.states[0], *states], strict=True):
-        later = _shifts(slopes, phase, begin, y, (r, shifts), contacts)
+        later = _shifts(slopes, phase, (begin, own.end - own.start), y, (r, shifts), contacts)
         f = slopes.velocity(phase, begin, y)
         start = np.concatenate([y, (r + np.outer(later - shifts, f)).ravel()])
         shifts = later
@@ -155,10 +155,19 @@ def _splits(slopes: Slopes, phase: Phase, own: Path) -> tuple[list[float], list[
 
 
 def _shifts(
-    slopes: Slopes, phase: Phase, t: float, y: Array, given: tuple[Array, Array], contacts: list[int]
+    slopes: Slopes,
+    phase: Phase,
+    moment: tuple[float, float],
+    y: Array,
+    given: tuple[Array, Array],
+    contacts: list[int],
 ) -> Array:
-    """Return θ of each unknown, for the slowest of some contacts; ``given`` are the r_j and θ_j up to here."""
-    r, shifts = given
+    """Return θ of each unknown, for the slowest of some contacts; ``given`` are the r_j and θ_j up to here.
+
+    ``moment`` is the time, and the length of the phase. Where a slip hardly changes in that, as at a compliant contact
+    that begins without force, its change tells no time.
+    """
+    (t, length), (r, shifts) = moment, given
     if not contacts:
         return np.zeros_like(shifts)
     rate = slopes.look(t, y).rate
@@ -169,8 +178,8 @@ def _shifts(
     k = min(contacts, key=lambda k: float(np.linalg.norm(slip(k))))
     onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
     growth = float(slip(k) @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
-    if growth == 0:
-        return np.zeros_like(shifts)
+    if abs(growth) * length <= SLOW * float(slip(k) @ slip(k)):
+        return shifts
     result = shifts.copy()
     for j, dp in enumerate(slopes.seeds):
         way = slopes.along(phase, t, y, r[j], shifts[j], dp)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, inlined, lesser, root
+from ...native.instructions import compiled, greater, inlined, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws
@@ -74,7 +74,8 @@ def find_active(it: EventRun, contacts: Contacts) -> None:
 def find_dead(it: EventRun, contacts: Contacts) -> None:
     """Find the contacts that the others hold in place: open contacts at zero gap, or slip at zero slip velocity.
 
-    Their rows depend on the rows of the others, so the functions that end their modes stay at zero.
+    Their rows and accelerations depend on those of the others, so the functions that end their modes stay at zero. A
+    row that depends at one moment only, since the body turns, has an acceleration of its own by that.
     """
     found, count = 0, listed(it)
     for k in range(it.contacts):
@@ -91,7 +92,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     for k in range(it.contacts):
         if it.dead[k] != 0:
             r = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1
-            if depends(it, contacts, r, count) == 0:
+            if depends(it, contacts, r, count) == 0 or parts(it, r, count) != 0:
                 it.dead[k] = 0
 
 
@@ -110,6 +111,20 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
         rest += x * x
         size += X[i] * X[i]
     return 1 if rest <= SMALL * SMALL * size else 0
+
+
+@compiled
+def parts(it: EventRun, r: int, count: int) -> int:
+    """Return 1 if a row that depends on those of the list accelerates where they do not, else 0.
+
+    With W_r = Σ x W_a, all forces and loads cancel in c_r - Σ x c_a. The rest follows from the speeds.
+    """
+    a, most = it.c[r], 0.0
+    for i in range(count):
+        a -= it.x[i] * it.c[it.list[i]]
+    for i in range(it.rows):
+        most = greater(most, abs(it.c[i]))
+    return 1 if abs(a) > SMALL * most else 0
 
 
 @compiled

@@ -14,8 +14,10 @@ from typing import Any, cast
 
 from ...dynamics import State, coordinate_rates
 from ...dynamics.composite import mass_matrix
+from ...dynamics.contact_geometry import law_values, pressing
 from ...dynamics.linear import applied
 from ...dynamics.newton_euler import bias
+from ...model.contact import Contact
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
@@ -27,6 +29,24 @@ def along(state: State, outputs: Sequence[Scalar], symbols: Sequence[Any], given
     """Return the derivatives of outputs along (s, τ, dp); dp are changes of the parameters ``symbols``."""
     wrt: list[Any] = [*state.q, *state.u, state.t, *(state.values[x] for x in symbols)]
     return forward(cast(Tape, state.field), outputs, wrt, given)
+
+
+def normal_force_along(
+    state: State, contact: Contact, symbols: Sequence[Any], given: Sequence[Scalar]
+) -> Scalar:
+    """Return Σ ∂N/∂x dx of a compliant normal force over the names of its law.
+
+    As formulas the ∂N/∂x have values at depth 0, such as 3/2 k sqrt(d) of Hertz's law, where products of the
+    derivatives of roots have none.
+    """
+    law, values = contact.normal_force, law_values(state.model, state, contact)
+    names = sorted(law.free_symbols, key=str)
+    parts = [state.with_values(law.diff(x), pressing(state, values)) for x in names]
+    inner = [values[x] if x in values else state(x) for x in names]
+    total: Scalar = 0
+    for part, change in zip(parts, along(state, inner, symbols, given), strict=True):
+        total = total + part * change
+    return total
 
 
 def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
@@ -43,6 +63,11 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
             for name, outputs in candidates.functions(state).items()
             if name.startswith("contact ")
         }
+        for contact, part, own in zip(
+            model.contacts, candidates.pattern.contacts, of_contacts.values(), strict=True
+        ):
+            if contact.compliant:
+                own[part.laws + 4] = normal_force_along(state, contact, symbols, direction)
         return {
             "machine": along(state, machine, symbols, direction),
             "mass": [x for row in M for x in row],

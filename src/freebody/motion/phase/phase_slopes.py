@@ -4,6 +4,8 @@ With u' and λ at the state, and d(...) the derivative along the direction (s, �
 
     M du' = -d(M u' + h - Q) + Σ λ dW + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
 
+and dN W_N + d(-μ N d) W_T for a normal force N that the state gives (compliant contacts, friction of joints).
+
 These are the equations of the phase (`closed_contacts`) with other right-hand sides: one solution of them more for each
 direction, with the same factors. Dependent conditions follow from the independent ones as long as the direction keeps
 to all of them.
@@ -82,6 +84,30 @@ def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
 
 
 @compiled
+def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
+    """Set the derivatives of the normal forces that the state gives, and of friction by these; add their loads to z."""
+    spare = phase.spare
+    for i in range(phase.closed_count):
+        k = phase.closed[i]
+        if phase.held[k] != 0:
+            N, change, at, slip = (
+                force_of(phase, k)[0],
+                it.touch[phase.laws_at[k] + 4],
+                phase.first[k],
+                phase.pushed[k],
+            )
+            it.force[at] = change
+            for j in range(phase.tangents[k] if slip != laws.NO_SLIP else 0):
+                it.force[at + 1 + j] = change * friction_along(phase, k, slip, j) + N * turned(
+                    it, phase, k, slip, j
+                )
+            for j in range(1 + phase.tangents[k]):
+                row_taken(phase, at + j, spare)
+                for p in range(it.n):
+                    it.z[p] += it.force[at + j] * spare[p]
+
+
+@compiled
 def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
     """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved."""
     n, z = it.n, it.z
@@ -95,7 +121,10 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         F = force_of(phase, k)
         for j in range(1 + phase.tangents[k]):
             load_along(it, phase, z, phase.first[k] + j, F[j])
+    for r in range(it.rows):
+        it.force[r] = 0.0
     turn_friction(it, phase)
+    push_along(it, phase)
     forwarded(phase, z)
     for i in range(phase.conditions):
         change = bias_along(it, phase, phase.source[i], phase.row_of[i])
@@ -106,8 +135,6 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         K = force_row(phase, i)
         for p in range(n):
             z[p] += phase.lam[i] * K[p]
-    for r in range(it.rows):
-        it.force[r] = 0.0
     for i in range(phase.conditions):
         k, x = phase.source[i], phase.lam[i]
         it.force[phase.first[k] + phase.row_of[i]] = x

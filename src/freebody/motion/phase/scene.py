@@ -43,7 +43,7 @@ KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
 """Kinds of modes, in the order of their numbers (`laws`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
-    "rates", "tangent", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force",
+    "rates", "tangent", "projection", "derived", "multipliers", "gap", "distance", "rate", "acceleration", "force",
     "static_friction", "watched", "looked", "set_modes",
 )  # fmt: skip
 _MODULES = tuple(
@@ -271,10 +271,11 @@ class Phase:
         )
 
     def contact(self) -> DataProgram:
-        """Functions ``gap``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        """Functions ``gap``, ``distance``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m)."""
         E = len(self.modes)
         sizes = {
             "gap": E,
+            "distance": E,
             "static_friction": E,
             **dict.fromkeys(("rate", "acceleration", "force"), self.scene.rows),
         }

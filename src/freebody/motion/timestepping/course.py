@@ -22,6 +22,7 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
+from ...model import Model
 from ...model.contact import friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown
@@ -373,7 +374,8 @@ class InSteps:
         first, tangents = self.layout
         model, times = self.kernels.model, motion.t
         program = gaps(self.kernels)
-        found = self._observed(program, "gap", times, motion.states)
+        gap, reach = (self._observed(program, name, times, motion.states) for name in ("gap", "reach"))
+        found = distances(model, gap, reach)
         rates = self._observed(program, "rate", times, motion.states)
         forces = self.mean_forces(times)
         none = np.zeros((len(times), len(first)), dtype=np.int64)
@@ -476,3 +478,14 @@ class InSteps:
     def _speeds(self, place: int) -> dict[str, float]:
         model = self.kernels.model
         return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
+
+
+def distances(model: Model, gap: Array, reach: Array) -> Array:
+    """Return the distances of all contacts: beyond the ends of a side, that of its nearest corner, else infinite."""
+    result = np.where((reach.reshape(*gap.shape, 2) < 0).any(axis=2), np.inf, gap)
+    places = {contact.name: k for k, contact in enumerate(model.contacts)}
+    for k, contact in enumerate(model.contacts):
+        side = places.get(contact.owner, k)
+        if side != k and not contact.presser:
+            result[:, side] = np.minimum(result[:, side], result[:, k])
+    return result

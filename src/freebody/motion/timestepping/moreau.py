@@ -36,7 +36,7 @@ from ..cones.collision import HALVINGS
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.contacts import EXACT
-from ..cones.islands import Islands
+from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
@@ -120,14 +120,16 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     """Find free speeds and impulses with the greatest part of the restitution that makes no energy; return a failure
     or NONE.
 
-    It is halved as that of an impact between events is (`cones.collision`). Where no impulses obey the law, there is
-    none either.
+    It is halved, in the islands that gain, as that of an impact between events is (`cones.collision`). Where no
+    impulses obey the law, there is none either.
     """
     failure, turn = balanced(run, islands, t), 0
-    while turn <= HALVINGS and failure == NONE and gains(run) != 0:
+    while turn <= HALVINGS and failure == NONE and gains(run, islands) != 0:
         turn += 1
         for a in range(run.problem.count):
-            run.contacts.rebound[a] = 0.5 * run.contacts.rebound[a] if turn < HALVINGS else 0.0
+            b = island_of(run.problem, islands, a)
+            if b >= 0 and islands.rebounds[b] > 0:
+                run.contacts.rebound[a] = 0.5 * run.contacts.rebound[a] if turn < HALVINGS else 0.0
         failure = balanced(run, islands, t)
     if failure == NONE:
         run.reduced += 1 if turn > 0 else 0
@@ -136,25 +138,46 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
 
 
 @compiled
-def gains(run: Run) -> int:
-    """Return 1 if contacts of which some rebound do work: Λ·(v⁻ + v⁺)/2 and Λ·(v_free + v⁺)/2, else 0.
+def gains(run: Run, islands: Islands) -> int:
+    """Return the number of islands whose contacts do work, and of which some rebound; leave others no ``rebounds``.
 
-    The first is the energy of an impact, but a load that turns a speed within the step has its part in it; the second
-    is that of the contact forces beside the loads, which is negative where none rebounds.
+    Both Λ·(v⁻ + v⁺)/2 and Λ·(v_free + v⁺)/2 are positive. The first is the energy of an impact, but a load that turns a
+    speed within the step has its part in it; the second is that of the contact forces beside the loads, which is
+    negative where none rebounds.
     """
-    contacts, problem = run.contacts, run.problem
-    rebounds, between, beside, size = 0, 0.0, 0.0, 0.0
+    contacts, problem, energy, found = run.contacts, run.problem, islands.energy, 0
     for a in range(problem.count):
-        before, free, after, x = contacts.before[a], problem.b[a], problem.r[a], 0.5 * problem.x[a]
-        if problem.kinds[a] == NORMAL:
-            free -= contacts.rebound[a] * before
-            after -= contacts.rebound[a] * before
-            rebounds += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
-        between += x * (before + after)
-        beside += x * (free + after)
-        size += abs(x) * (abs(before) + abs(free) + abs(after))
-    small = greater(EXACT, problem.residual) * size
-    return 1 if rebounds > 0 and between > small and beside > small else 0
+        found += 1 if contacts.rebound[a] > 0.0 and problem.x[a] > 0.0 else 0
+    if found == 0:
+        return 0
+    connect(problem, islands)
+    for b in range(problem.blocks.count):
+        islands.rebounds[b] = 0
+        for k in range(3):
+            energy[b, k] = 0.0
+    for a in range(problem.count):
+        b, before, free, after = (
+            island_of(problem, islands, a),
+            contacts.before[a],
+            problem.b[a],
+            problem.r[a],
+        )
+        if b >= 0:
+            x = 0.5 * problem.x[a]
+            if problem.kinds[a] == NORMAL:
+                free -= contacts.rebound[a] * before
+                after -= contacts.rebound[a] * before
+                islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
+            energy[b, 0] += x * (before + after)
+            energy[b, 1] += x * (free + after)
+            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(after))
+    found = 0
+    for b in range(problem.blocks.count):
+        small = greater(EXACT, problem.residual) * energy[b, 2]
+        if not (islands.rebounds[b] > 0 and energy[b, 0] > small and energy[b, 1] > small):
+            islands.rebounds[b] = 0
+        found += 1 if islands.rebounds[b] > 0 else 0
+    return found
 
 
 @compiled

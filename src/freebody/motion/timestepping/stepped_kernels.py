@@ -219,12 +219,12 @@ def _given(model: Model, state: State, contact: Contact) -> Any:
 
 
 def gaps(kernels: Kernels) -> Program:
-    """Return the functions ``gap`` (E gaps, then the reaches) and ``rate`` (m) of all contacts."""
+    """Return the functions ``gap`` (E), ``reach`` (two of each contact, 1 where it has none) and ``rate`` (m)."""
 
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given = contact_rows(kernels.model, state)
-        reaches = [x for one in touches(kernels.model, state) for x in one.reach]
-        return {"gap": [*given.gap, *reaches], "rate": list(given.rate)}
+        reaches = [x for one in touches(kernels.model, state) for x in (*one.reach, 1, 1)[:2]]
+        return {"gap": list(given.gap), "reach": reaches, "rate": list(given.rate)}
 
     return kernels.program("gaps", functions)
 

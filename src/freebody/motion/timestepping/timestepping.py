@@ -30,7 +30,7 @@ from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
-from ..start.overlap import refuse_overlap
+from ..start.overlap import refuse_overlap, sides_of
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import SHORT, Progress
@@ -187,7 +187,7 @@ class _Run:
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
         gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts
         own = [gap for gap, c in zip(gaps, self.model.contacts, strict=True) if not c.presser]
-        refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure)
+        refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure, sides_of(self.model.contacts))
         contacts.kept[:] = [
             gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
         ]
