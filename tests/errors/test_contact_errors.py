@@ -60,6 +60,11 @@ CONTACTS = {
         {},
         "The circle and the heightline of contact 'c' are not a supported pair.",
     ),
+    "disk on a hill, the cure": (
+        lambda s, disk, bar: (s.ground.heightline("x^2"), disk.circle(1)),
+        {},
+        "A round shape may touch a line in two places at once: give the line points or corners",
+    ),
     "hollow feature": (
         lambda s, disk, bar: (disk.circle(3, inside=True), bar.origin),
         {},

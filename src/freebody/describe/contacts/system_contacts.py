@@ -177,6 +177,11 @@ def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: st
     a, b = feature.kind, surface.kind
     if not may_touch(type(feature), type(surface)):
         names = partners(type(feature))
+        if "heightline" in (a, b) and (feature.round or surface.round):
+            cure = (
+                " A round shape may touch a line in two places at once: give the line points or corners, a valley "
+                "that is a part of a circle as body.circle(radius, inside=True), a level road as body.plane()."
+            )
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. {_article(a)} may touch a "
             f"{', '.join(names[:-1]) + ' or ' if len(names) > 1 else ''}{names[-1] if names else 'nothing'}.{cure}"

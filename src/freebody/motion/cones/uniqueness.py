@@ -1,4 +1,4 @@
-"""Whether the motion that solves a contact problem is the only one, in compiled code."""
+"""Whether the motion that solves a contact problem is the only one, and determines its forces, in compiled code."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from ...native.instructions import Reals, compiled, greater, root
 from .block_rows import dot
 from .contacts import Contacts
 from .elimination import solved
+from .newton import factor
 
 SMALL = 1e-10
 """Part of a row of A below which it depends on others."""
@@ -128,3 +129,75 @@ def definite(M: Reals, n: int) -> int:
             for j in range(k + 1, i + 1):
                 M[i * n + j] -= M[i * n + k] * M[j * n + k]
     return 1
+
+
+@compiled
+def alone(contacts: Contacts) -> int:
+    """Return 1 if all contacts slide, or have no friction, and every principal minor of S is positive, else 0.
+
+    S are the normal rates per unit of the forces along the rays; the forces are then unique, whatever c is (R. Cottle,
+    J.-S. Pang, R. Stone, The Linear Complementarity Problem, theorem 3.3.7).
+    """
+    m, k, S = contacts.rows, contacts.contacts, contacts.H
+    for i in range(k):
+        if contacts.slides[i] == 0 and contacts.tangents[i] > 0 and contacts.static[i] > 0.0:
+            return 0
+        for j in range(k):
+            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
+            for s in range(j, behind(contacts, j)):
+                for d in range(contacts.tangents[s] if contacts.slides[s] != 0 else 0):
+                    ray = -contacts.friction[s] * contacts.way[2 * s + d]
+                    S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[s] + 1 + d]
+            if is_held(contacts, i) != 0 or is_held(contacts, j) != 0:  # a given force
+                S[i * k + j] = 1.0 if i == j else 0.0
+    if k > 8:
+        return 0
+    for chosen in range(1, 1 << k):
+        if minor(contacts, S, k, chosen) == 0:
+            return 0
+    return 1
+
+
+@compiled
+def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
+    """Return 1 if a principal minor of S is positive, well above its round-off, else 0."""
+    part, n, sign = contacts.slope, 0, 1.0
+    for i in range(k):
+        if (chosen >> i) & 1 != 0:
+            q = 0
+            for j in range(k):
+                if (chosen >> j) & 1 != 0:
+                    contacts.normal[n * k + q] = S[i * k + j] / root(abs(S[i * k + i] * S[j * k + j]))
+                    q += 1
+            n += 1
+    for i in range(n):
+        for j in range(n):
+            part[i * n + j] = contacts.normal[i * k + j]
+    for c in range(n):
+        p = c
+        for i in range(c + 1, n):
+            if abs(part[i * n + c]) > abs(part[p * n + c]):
+                p = i
+        if not abs(part[p * n + c]) > SMALL:
+            return 0
+        if p != c:
+            sign = -sign
+            for j in range(n):
+                part[p * n + j], part[c * n + j] = part[c * n + j], part[p * n + j]
+        sign = sign if part[c * n + c] > 0.0 else -sign
+        for i in range(c + 1, n):
+            x = part[i * n + c] / part[c * n + c]
+            for j in range(c, n):
+                part[i * n + j] -= x * part[c * n + j]
+    return 1 if sign > 0.0 else 0
+
+
+@compiled
+def depend(contacts: Contacts) -> int:
+    """Return 1 if the motion does not determine how the contacts share the normal forces, else 0."""
+    k, m, S = contacts.contacts, contacts.rows, contacts.H
+    for i in range(k):
+        for j in range(k):
+            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
+    independent = factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order)
+    return 1 if independent < k - held(contacts) else 0

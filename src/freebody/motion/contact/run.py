@@ -357,13 +357,14 @@ def paradox(work: ContactRun, why: int) -> SimulationError:
         (*work.model.coordinate_names, *work.model.speed_names), np.array(it.y).tolist(), strict=False
     )
     where = ", ".join(f"{name} = {x:.6g}" for name, x in state)
-    criteria = []
+    criteria, alone = [], []
     for i, k in enumerate(chosen):
         at, n = work.scene.first[k], work.scene.tangents[k]
         row = seen.between(range(at, at + 1 + n))[0]
         way = np.array(problem.way[2 * i : 2 * i + n])
         along = float(way @ row[1:]) if problem.slides[i] else float(np.linalg.norm(row[1:]))
-        criteria.append(f"{work.names[k]}: A_NN - mu d.A_NT = {row[0] - seen.friction[k] * along:.6g} 1/kg")
+        alone.append(row[0] - seen.friction[k] * along)
+        criteria.append(f"{work.names[k]}: A_NN - mu d.A_NT = {alone[-1]:.6g} 1/kg")
     what = "no set of modes is consistent"
     if why == event_run.SEVERAL:
         tried, count = np.array(problem.tried), len(chosen)
@@ -372,6 +373,8 @@ def paradox(work: ContactRun, why: int) -> SimulationError:
             for modes in (tried[count : 2 * count], tried[:count])
         )
         what = f"different motions are consistent, {' or '.join(f'({one})' for one in sets)}"
+    if min(alone) > 0:
+        criteria.append("which are, but beside each other the contacts fail it: one presses another one away")
     return SimulationError(
         f"Contacts of '{work.model.name}' at t = {it.t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
         f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, "

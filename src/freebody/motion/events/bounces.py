@@ -13,8 +13,10 @@ is always used at heights below 1e-13, where a change of a has an effect of that
 from __future__ import annotations
 
 from ...native.instructions import EPS, compiled, greater
+from . import event_run
 from .event_run import EventRun
-from .moment import largest, normal_speed
+from .impulses import log_rest
+from .moment import copy, copy_wholes, largest, normal_speed
 
 
 @compiled
@@ -94,3 +96,15 @@ def of_a_cycle(it: EventRun) -> int:
         it.rest_left = second * ratio / (1.0 - ratio)
         return 1
     return 0
+
+
+@compiled
+def end_rest(it: EventRun) -> None:
+    """End the time that a series of bounces takes."""
+    copy_wholes(it.resters, it.taking, it.contacts)
+    copy(it.y, it.start, it.n_y)
+    log_rest(it, event_run.SERIES)
+    for k in range(it.contacts):
+        if it.resters[k] != 0:
+            it.reason[k] = event_run.BOUNCES_END
+    it.stage = event_run.ARRIVE

@@ -17,7 +17,7 @@ from ...native.instructions import Reals, compiled, greater, lesser, root, run_b
 from ..cones.combinations import combinations, motions, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
-from ..cones.uniqueness import behind, held, is_held, unique
+from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
@@ -36,67 +36,6 @@ Contacts at the limit of friction that share forces are not solved for to round-
 """
 TURNS, AGREE = 50, 1e-13
 """Number of decisions in search of loads that agree with their modes, and their relative difference then."""
-
-
-@compiled
-def alone(contacts: Contacts) -> int:
-    """Return 1 if all contacts slide, or have no friction, and every principal minor of S is positive, else 0.
-
-    S are the normal rates per unit of the forces along the rays; the forces are then unique, whatever c is (R. Cottle,
-    J.-S. Pang, R. Stone, The Linear Complementarity Problem, theorem 3.3.7).
-    """
-    m, k, S = contacts.rows, contacts.contacts, contacts.H
-    for i in range(k):
-        if contacts.slides[i] == 0 and contacts.tangents[i] > 0 and contacts.static[i] > 0.0:
-            return 0
-        for j in range(k):
-            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
-            for s in range(j, behind(contacts, j)):
-                for d in range(contacts.tangents[s] if contacts.slides[s] != 0 else 0):
-                    ray = -contacts.friction[s] * contacts.way[2 * s + d]
-                    S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[s] + 1 + d]
-            if is_held(contacts, i) != 0 or is_held(contacts, j) != 0:  # a given force
-                S[i * k + j] = 1.0 if i == j else 0.0
-    if k > 8:
-        return 0
-    for chosen in range(1, 1 << k):
-        if minor(contacts, S, k, chosen) == 0:
-            return 0
-    return 1
-
-
-@compiled
-def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
-    """Return 1 if a principal minor of S is positive, well above its round-off, else 0."""
-    part, n, sign = contacts.slope, 0, 1.0
-    for i in range(k):
-        if (chosen >> i) & 1 != 0:
-            q = 0
-            for j in range(k):
-                if (chosen >> j) & 1 != 0:
-                    contacts.normal[n * k + q] = S[i * k + j] / root(abs(S[i * k + i] * S[j * k + j]))
-                    q += 1
-            n += 1
-    for i in range(n):
-        for j in range(n):
-            part[i * n + j] = contacts.normal[i * k + j]
-    for c in range(n):
-        p = c
-        for i in range(c + 1, n):
-            if abs(part[i * n + c]) > abs(part[p * n + c]):
-                p = i
-        if not abs(part[p * n + c]) > event_run.SMALL:
-            return 0
-        if p != c:
-            sign = -sign
-            for j in range(n):
-                part[p * n + j], part[c * n + j] = part[c * n + j], part[p * n + j]
-        sign = sign if part[c * n + c] > 0.0 else -sign
-        for i in range(c + 1, n):
-            x = part[i * n + c] / part[c * n + c]
-            for j in range(c, n):
-                part[i * n + j] -= x * part[c * n + j]
-    return 1 if sign > 0.0 else 0
 
 
 # -- the solution and its modes --------------------------------------------------------------------------
@@ -244,26 +183,6 @@ def share(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def depend(contacts: Contacts) -> int:
-    """Return 1 if the motion does not determine how the contacts share the normal forces, else 0."""
-    k, m, S = contacts.contacts, contacts.rows, contacts.H
-    for i in range(k):
-        for j in range(k):
-            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
-    independent = factor(S, k, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
-    return 1 if independent < k - held(contacts) else 0
-
-
-@compiled
-def greatest(x: Reals, n: int) -> float:
-    """Return the greatest of n numbers in magnitude."""
-    result = 0.0
-    for i in range(n):
-        result = greater(result, abs(x[i]))
-    return result
-
-
-@compiled
 def released(contacts: Contacts) -> int:
     """Give slips that begin the kinetic friction; return 1 if any has static friction yet, else 0."""
     found = 0
@@ -288,10 +207,10 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     alike = rounded(contacts, ALIKE)
-    slow = alike * greater(greatest(contacts.given, m), greatest(contacts.after, m))
+    slow = alike * greater(largest(contacts.given, m), largest(contacts.after, m))
     p = contacts.presser[i] if contacts.presser[i] >= 0 else i
-    load = greatest(contacts.forces[contacts.at[p] :], 1 + contacts.tangents[p])
-    if (is_held(contacts, i) == 0 or p != i) and load <= alike * greatest(contacts.forces, m):
+    load = largest(contacts.forces[contacts.at[p] :], 1 + contacts.tangents[p])
+    if (is_held(contacts, i) == 0 or p != i) and load <= alike * largest(contacts.forces, m):
         return laws.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return laws.SLIDE

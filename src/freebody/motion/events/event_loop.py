@@ -9,27 +9,25 @@ halt       the last moment of a slip in space
 
 from __future__ import annotations
 
-import math
-
-from ...native.instructions import compiled, lesser, root, run_by
+from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
-from .bounces import limited
+from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
-from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
+from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
 from .jumps import arrived, jumped
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
-from .setting import band_of, find_flights, project, set_up, shortest_flight
-from .shares import forces_decide
+from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
+from .setting import find_flights, project, set_bands, set_up, shortest_flight
+from .shares import forces_decide, forces_decided
 from .slips import begin_slip, fading, halt, hold
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
-from .stiffness import is_slow
 
 
 @compiled
@@ -162,13 +160,6 @@ def correct(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
-def clear_reasons(it: EventRun, reason: int) -> None:
-    """Give every contact the same reason."""
-    for k in range(it.contacts):
-        it.reason[k] = reason
-
-
-@compiled
 def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes, again where contacts at rest at the end of their side begin to leave it."""
     choose_all(it)
@@ -265,14 +256,6 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def set_bands(it: EventRun) -> None:
-    """Write the gaps at which contacts close."""
-    phase = PhaseData(it.phase)
-    for k in range(it.contacts):
-        phase.band[k] = band_of(it, k)
-
-
-@compiled
 def begin_steps(it: EventRun, run: Run, end: float) -> None:
     """Begin the steps of a phase."""
     phase = PhaseData(it.phase)
@@ -329,15 +312,6 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def creeps(it: EventRun, steps: int) -> int:
-    """Return 1 if the run does not move on, else 0."""
-    it.crept += steps
-    if not it.t - it.crept_from <= event_run.STALL_TIME:
-        it.crept, it.crept_from = 0, it.t
-    return 1 if it.crept > event_run.STALL else 0
-
-
-@compiled
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends."""
     ends = arrived(it, run)
@@ -364,128 +338,6 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     if it.refuse != 0 and it.spare_count > 0 and forces_decided(it, contacts) != 0:
         return event_run.OPEN_FORCES
     return code
-
-
-@compiled
-def forces_decided(it: EventRun, contacts: Contacts) -> int:
-    """Return 1, at that moment, if the shares of indeterminate forces decided the last phase at a step, else 0."""
-    end = it.t
-    copy(it.y, it.kept, it.n_y)
-    for i in range(it.first_row, it.logged):
-        it.t = it.times[i]
-        copy(it.states[i * it.n_y :], it.y, it.n_y)
-        look(it)
-        if forces_decide(it, contacts) != 0:
-            return 1
-    it.t = end
-    copy(it.kept, it.y, it.n_y)
-    look(it)
-    return 0
-
-
-@compiled
-def end_rest(it: EventRun) -> None:
-    """End the time that a series of bounces takes."""
-    copy_wholes(it.resters, it.taking, it.contacts)
-    copy(it.y, it.start, it.n_y)
-    log_rest(it, event_run.SERIES)
-    for k in range(it.contacts):
-        if it.resters[k] != 0:
-            it.reason[k] = event_run.BOUNCES_END
-    it.stage = event_run.ARRIVE
-
-
-@compiled
-def depth(it: EventRun) -> int:
-    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0."""
-    for i in range(it.n_y):
-        if not math.isfinite(it.y[i]):
-            return 0
-    look(it)
-    near, slow, first = it.near, 1e3 * it.still, it.first_row
-    for k in range(it.contacts):
-        v = it.rate[it.first[k] + 1] if it.mode[k] == laws.SLIDE_ON or it.mode[k] == laws.SLIDE_BACK else 0.0
-        if (v < -slow and it.mode[k] == laws.SLIDE_ON) or (v > slow and it.mode[k] == laws.SLIDE_BACK):
-            it.blame = k
-            return event_run.TURNED
-    for k in range(it.contacts):
-        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == laws.OPEN and it.times[first] < it.t:
-            t, gap, pressing = it.t, it.gap[k], it.given[k]
-            copy(it.y, it.kept, it.n_y)
-            it.t = it.times[first]
-            copy(it.states[first * it.n_y :], it.y, it.n_y)
-            look(it)
-            behind = it.gap[k] < -near and math.isfinite(it.reach[k])  # came around its end
-            deeper = gap < lesser(it.gap[k], 0.0) - near and (it.compliant[k] == 0 or pressing > 0.0)
-            wrong = it.reach[k] > 0.0 and deeper and not behind
-            it.t = t
-            copy(it.kept, it.y, it.n_y)
-            look(it)
-            if wrong:
-                it.blame = k
-                return event_run.PASSED_OVER
-    return 0
-
-
-@compiled
-def reasons(it: EventRun, run: Run) -> int:
-    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING.
-
-    OTHER_PLACES, if a contact closes beside patches: a corner that passes the side of a face has no gap there, and no
-    place. Only the state of the event shows that, to a part of the integrator's accuracy.
-    """
-    search, called, closes, phase = run.search, 0, 0, PhaseData(it.phase)
-    for e in range(run.events):
-        number = search.log_numbers[e]
-        if number < it.events and search.log_times[e] == it.t:
-            if number < it.asked and it.final[number] != 0:
-                return TERMINAL
-            if number >= it.asked:
-                called = 1
-    if called != 0:
-        clear_reasons(it, event_run.BLOW)
-    for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end
-        for e in range(run.events):
-            i = search.log_numbers[e] - it.events
-            if i >= 0:
-                law = phase.law[i]
-                if (turn == 0) == (law == laws.NORMAL):
-                    set_reason(it, i, law)
-                if law == laws.GAP and it.followed > 0:
-                    closes = 1
-    it.stage, it.halting = event_run.HALT, 0
-    if called != 0:
-        return event_run.STRUCK
-    return event_run.OTHER_PLACES if closes != 0 else RUNNING
-
-
-@compiled
-def set_reason(it: EventRun, i: int, law: int) -> None:
-    """Note why the mode of the contact of an ending ends."""
-    k, why = it.ending[i], event_run.SLIP_STOPPED
-    if law == laws.GAP or law == laws.PRESS:
-        why = event_run.GAP_CLOSED
-    elif law == laws.NORMAL or law == laws.RELEASE:
-        why = event_run.NORMAL_ZERO
-    elif law == laws.REACH:
-        why = event_run.END_OF_SIDE
-    elif law == laws.SIDE:
-        why = event_run.ONTO_SIDE
-    elif law == laws.LINE_CONE or law == laws.CONE or law == laws.YIELD:
-        why = event_run.CONE_REACHED
-        it.forces(it.t, it.y, it.phase, it.speeds)
-        square = 0.0
-        for j in range(it.tangents[k]):
-            square += it.speeds[it.first[k] + 1 + j] * it.speeds[it.first[k] + 1 + j]
-        it.measure[k] = root(square)
-    it.reason[k] = why
-    # the corner takes over from its side, or the side from the corner
-    if law == laws.REACH or law == laws.SIDE:
-        for j in range(it.contacts):
-            if it.side[j] == k and it.end_of[j] == it.place[i]:
-                it.reason[j] = why
-    if law == laws.STOP:
-        it.stopping[k] = 1
 
 
 # -- the last moment of slips ----------------------------------------------------------------------------

@@ -189,3 +189,11 @@ def begins_slip(it: EventRun, k: int) -> int:
     """Return 1 if a slip of a contact in space begins at rest, else 0."""
     slides = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and it.rough[k] != 0
     return 1 if slides and slip_speed(it, k) <= it.still else 0
+
+
+@compiled
+def set_bands(it: EventRun) -> None:
+    """Write the gaps at which contacts close."""
+    phase = PhaseData(it.phase)
+    for k in range(it.contacts):
+        phase.band[k] = band_of(it, k)

@@ -13,7 +13,7 @@ from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import is_smooth, largest, slip_speed
+from .moment import copy, is_smooth, largest, look, slip_speed
 
 SAME = 1e-8
 """Relative size of a motion that is none."""
@@ -142,3 +142,20 @@ def motion_of(it: EventRun, z: Reals, count: int) -> float:
                     x += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * it.n + i]
         result = greater(result, abs(x))
     return result
+
+
+@compiled
+def forces_decided(it: EventRun, contacts: Contacts) -> int:
+    """Return 1, at that moment, if the shares of indeterminate forces decided the last phase at a step, else 0."""
+    end = it.t
+    copy(it.y, it.kept, it.n_y)
+    for i in range(it.first_row, it.logged):
+        it.t = it.times[i]
+        copy(it.states[i * it.n_y :], it.y, it.n_y)
+        look(it)
+        if forces_decide(it, contacts) != 0:
+            return 1
+    it.t = end
+    copy(it.kept, it.y, it.n_y)
+    look(it)
+    return 0

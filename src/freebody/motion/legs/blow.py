@@ -20,6 +20,7 @@ from ..ode.dense_output import Array, Path, Watch
 from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
+from ..trajectory.contact_expressions import of_contacts, refuse_outputs
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
 from ..trajectory.phases import Phases, Segment, segments_of
 from .loaded_joints import check_loads
@@ -113,7 +114,16 @@ def blows_of(impulses: Any) -> tuple[Blow, ...]:
 
 def located(kernels: Kernels, blow: Blow) -> bool:
     """Return True if an event calls for a blow, False if its time is given."""
-    if isinstance(blow.when, EventSpec):
+    called = isinstance(blow.when, EventSpec)
+    when, what = blow.when.expression if called else blow.when, f"blow '{blow.name}'"
+    if of_contacts(kernels.model, when, what) is not None:
+        raise SimulationError(
+            f"Expected a time, or an expression of coordinates, speeds and the time, for {what}, got '{when}', a "
+            "quantity of a contact. End the run there, fb.event(..., terminal=True), and begin the next one with the "
+            "blow at its start."
+        )
+    refuse_outputs(kernels.model, when, what, "coordinates, speeds and the time")
+    if called:
         return True
     names = kernels.model.names
     expression = names.expression(blow.when, f"the time of '{blow.name}'")

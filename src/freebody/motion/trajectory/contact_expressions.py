@@ -14,11 +14,13 @@ from ...model.family import contact_named
 from ...scalar.expression import exact
 from ...scalar.parser import parse
 from ..kernels.contact_quantities import NAMES, OfContacts
+from .outputs import quantity_of
 from .phases import Phases
 
 SAME = 1e-12
 """Time within which an event belongs to both phases that meet there [s]."""
 _NAME = re.compile(r"(?<![\w.])([^\W\d]\w*(?:\[[^\[\]]*\]\w*)?)(?:\.([^\W\d]\w*))?(?:\.(\d+))?")
+_DOTTED = re.compile(r"(?<![\w.])[^\W\d]\w*(?:\[[^\[\]]*\]\w*)?(?:\s*\.\s*[^\W\d]\w*)+")
 
 
 def of_contacts(model: Model, value: Any, what: str) -> OfContacts | None:
@@ -43,6 +45,8 @@ def of_contacts(model: Model, value: Any, what: str) -> OfContacts | None:
     text = _NAME.sub(replaced, value)
     if not symbols:
         return None
+    if re.search(r"contact_\d+_\s*\.", text):
+        raise SimulationError(f"Expected a component by its number in {what}, such as '.1', got '{value}'.")
     names = model.names
     try:
         expression = exact(parse(text, {**names.atoms, **{x.name: x for x in symbols.values()}}))
@@ -102,6 +106,26 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
     if found.name not in own:
         return tuple((one, "normal", 0) for one in points)
     return ((found.name, kind, component or 0),)
+
+
+def refuse_outputs(model: Model, value: Any, what: str, known: str) -> None:
+    """Raise if a text names an output, such as the reaction of a joint, where only ``known`` names are.
+
+    Raises
+    ------
+    SimulationError
+        A name with a dot.
+    """
+    found = _DOTTED.search(value) if isinstance(value, str) else None
+    if found is None:
+        return
+    whole = re.sub(r"\s", "", found[0])
+    if whole != found[0]:
+        raise SimulationError(f"Expected names without blanks in {what}, got '{found[0]}'. Write '{whole}'.")
+    of = "an output of the motion" if quantity_of(model, whole) else "no name of this machine"
+    raise SimulationError(
+        f"Expected an expression of {known} for {what}, got '{whole}', which is {of}. Write it in these."
+    )
 
 
 def refuse_of_contacts(expressions: Iterable[Any], where: str) -> None:

@@ -19,8 +19,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import Switch, switches
 from ..ode.dense_output import Watch
-from .contact_expressions import of_contacts
-from .outputs import quantity_of
+from .contact_expressions import of_contacts, refuse_outputs
 
 
 @dataclass(frozen=True)
@@ -171,11 +170,9 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression
         if touched is not None:
             result.append(touched)
             continue
-        if isinstance(spec.expression, str) and quantity_of(model, spec.expression):
-            raise SimulationError(
-                f"Expected an expression of coordinates, speeds, the time and contacts for event '{spec.name}', got a "
-                "reaction of a joint, which is an output."
-            )
+        refuse_outputs(
+            model, spec.expression, f"event '{spec.name}'", "coordinates, speeds, the time and contacts"
+        )
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
             raise SimulationError(

@@ -220,6 +220,11 @@ def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
         return {}
     found = contact_named(model, name)
     if what not in OF_CONTACTS:
+        if found is not None and what == "approach":
+            raise SimulationError(
+                f"The approach of contact '{name}' is no output: events watch it, fb.event('{name}.approach'), and "
+                "motion.events has the speeds of its impacts."
+            )
         if found is not None:
             raise SimulationError(
                 f"Unknown quantity '{what}' of contact '{name}'; {nearest(what, OF_CONTACTS)}"

@@ -26,6 +26,16 @@ def machine():
         ("floor.gap - u9", "In event 'e': Expected a known name, got 'u9'"),
         ("flor.gap", "Unknown contact 'flor'"),
         (
+            "floor .gap - 0.1",
+            "Expected names without blanks in event 'e', got 'floor .gap'. Write 'floor.gap'",
+        ),
+        ("floor.gap.x", "Expected a component by its number in event 'e', such as '.1', got 'floor.gap.x'"),
+        (
+            "f.force.x - 1",
+            "for event 'e', got 'f.force.x', which is an output of the motion. Write it in these",
+        ),
+        ("pin.force - 1", "for event 'e', got 'pin.force', which is no name of this machine"),
+        (
             "pile[ball,ground].gap",
             r"Expected the normal force of 'pile\[ball,ground\]' in event 'e', got 'gap': solids touch at several",
         ),
@@ -35,6 +45,31 @@ def test_what_no_event_watches(text, said):
     with pytest.raises(fb.errors.FreebodyError, match=said) as found:
         fb.simulate(machine(), 1, initial={"f_z": 0.2}, events=[fb.event(text, name="e")])
     assert "contact_1" not in str(found.value)
+
+
+@pytest.mark.parametrize("when", ["floor.gap - 0.01", fb.event("floor.normal")])
+def test_blows_are_not_called_by_them(when):
+    kick = fb.blow(when, at="ball", impulse=(0, 0, 1), name="kick")
+    with pytest.raises(
+        fb.errors.SimulationError, match="for blow 'kick', got 'floor.*a quantity of a contact. End"
+    ):
+        fb.simulate(machine(), 1, initial={"f_z": 0.2}, impulses=[kick])
+
+
+def test_blows_are_not_called_by_outputs():
+    kick = fb.blow("f.force.x", at="ball", impulse=(0, 0, 1), name="kick")
+    with pytest.raises(
+        fb.errors.SimulationError, match="speeds and the time for blow 'kick', got 'f.force.x'"
+    ):
+        fb.simulate(machine(), 1, initial={"f_z": 0.2}, impulses=[kick])
+
+
+def test_the_approach_is_no_output():
+    motion = fb.simulate(machine(), 0.1, initial={"f_z": 0.2})
+    with pytest.raises(
+        fb.errors.SimulationError, match="approach of contact 'floor' is no output: events watch it"
+    ):
+        motion["floor.approach"]
 
 
 def test_time_steps_refuse_them():
