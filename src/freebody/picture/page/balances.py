@@ -60,7 +60,7 @@ def balances(
 
 
 def _other_values(values: Mapping[str, float], drawn: Mapping[str, Any], symbols: Symbols) -> str:
-    """Sentence about parameters that the drawings show with other values than the motion has, such as an eccentricity."""
+    """Sentence about parameters that the drawings show with other values than the motion has."""
     other = [
         f"{symbols.name(name)} = {in_powers(f'{float(value):.6g}')} in place of {in_powers(f'{values[name]:.6g}')}"
         for name, value in drawn.items()
