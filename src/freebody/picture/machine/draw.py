@@ -37,6 +37,9 @@ PATH, STEP, NEARBY, WIDEST = 24, 3.0, 1e-6, 0.1
 CROWD = 2
 """Most joints at one point that have labels of their own."""
 
+ROOM = 18.0
+"""Distance of a name from bodies in front of its own, where there is room [pt]."""
+
 
 def draw(
     system: System | Model | Equations,
@@ -339,4 +342,10 @@ class Machine(MachineDrawing):
         covered = np.any([inside(area, around) for area in self.areas_of(name)], axis=0)
         hidden = np.any([inside(area, around) for body in in_front for area in self.areas_of(body)], axis=0)
         visible = around[covered & ~hidden]
+        # the nearest that is as far from the bodies in front as a name is high: there, it is not read as theirs
+        ring = ROOM * np.column_stack([np.cos(turn), np.sin(turn)])
+        for at in visible:
+            beside = at + ring
+            if not np.any([inside(area, beside) for body in in_front for area in self.areas_of(body)]):
+                return at
         return visible[0] if len(visible) else center

@@ -20,7 +20,7 @@ from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
 from . import prose
 from .longest_phases import lasting
-from .symbols import Symbols, unbroken
+from .symbols import Symbols, in_powers, unbroken
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -47,15 +47,26 @@ def balances(
             "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
             "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
         )
+    said = _other_values(trajectory.values, options["values"] or {}, symbols)
     sets = lasting(trajectory)
     if not sets:
-        return _section(equations_of(model), options, symbols)
+        return _section(equations_of(model), options, symbols, said=said)
     parts: list[str] = []
     for modes, time in sets:
         words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
         heading = f" <small>({symbols.words(words)}; {time:.4g} s of the motion)</small>"
-        parts.append(_section(equations_of(model, modes=modes), options, symbols, heading, not parts))
+        parts.append(_section(equations_of(model, modes=modes), options, symbols, heading, not parts, said))
     return "\n".join(parts)
+
+
+def _other_values(values: Mapping[str, float], drawn: Mapping[str, Any], symbols: Symbols) -> str:
+    """Sentence about parameters that the drawings show with other values than the motion has."""
+    other = [
+        f"{symbols.name(name)} = {in_powers(f'{float(value):.6g}')} in place of {in_powers(f'{values[name]:.6g}')}"
+        for name, value in drawn.items()
+        if name in values and float(value) != values[name]
+    ]
+    return f"<p>The drawing is not to scale, so that it can be read: {', '.join(other)}.</p>" if other else ""
 
 
 def laws(e: Equations, symbols: Symbols) -> str:
@@ -116,11 +127,16 @@ def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
 
 
 def _section(
-    e: Equations, options: Mapping[str, Any], symbols: Symbols, heading: str = "", drawing: bool = True
+    e: Equations,
+    options: Mapping[str, Any],
+    symbols: Symbols,
+    heading: str = "",
+    drawing: bool = True,
+    said: str = "",
 ) -> str:
     """Diagrams, free-body equations and equations of motion."""
     parts = [
-        _or_refusal(lambda: _drawings(e, options, heading, drawing)),
+        _or_refusal(lambda: _drawings(e, options, heading, drawing, said)),
         f"<h2>Free-body equations{heading}</h2>\n{laws(e, symbols)}",
     ]
     for name in e.model.bodies:
@@ -138,11 +154,11 @@ def _or_refusal(part: Callable[[], str]) -> str:
         return f"<p>{escape(str(error))}</p>"
 
 
-def _drawings(e: Equations, options: Mapping[str, Any], heading: str, whole: bool) -> str:
-    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine."""
+def _drawings(e: Equations, options: Mapping[str, Any], heading: str, whole: bool, said: str) -> str:
+    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine and ``said``."""
     parts = []
     if whole:
-        parts.append(f"<h2>Drawing</h2>\n<figure>{draw(e.model, **options).svg}</figure>")
+        parts.append(f"<h2>Drawing</h2>\n<figure>{draw(e.model, **options).svg}</figure>{said}")
     parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
     for name in e.model.bodies:
         drawing = free_body_diagram(e, name, **options)

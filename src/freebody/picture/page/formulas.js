@@ -7,18 +7,22 @@ function symbol(parent, symbols, name) {
   else parent.append(name);
 }
 
-// Puts buttons beside the equations of a part of the page that copy one as LaTeX or as text.
+// Puts buttons beside the equations of a part of the page that copy one as LaTeX, SymPy or text. Those of an equation are
+// one stop of the Tab key; the arrow keys go from one to the next.
 function copyable(root) {
   for (const equation of root.querySelectorAll(".equation")) {
     const formula = equation.querySelector(".formula");
     if (!formula || equation.querySelector("button")) continue;
     const box = document.createElement("span");
     box.className = "copy";
+    box.setAttribute("role", "toolbar");
+    box.setAttribute("aria-label", "Copy this equation");
     for (const [title, text] of [["LaTeX", formula.dataset.tex], ["SymPy", equation.dataset.sympy], ["text", formula.getAttribute("aria-label")]]) {
       if (!text) continue;
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = title;
+      button.tabIndex = box.children.length ? -1 : 0;
       button.setAttribute("aria-label", `Copy this equation as ${title}`);
       button.addEventListener("click", () => {
         const put = (event) => (event.clipboardData.setData("text/plain", text), event.preventDefault());
@@ -29,6 +33,14 @@ function copyable(root) {
       });
       box.append(button);
     }
+    box.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], all = [...box.children], now = all.indexOf(document.activeElement);
+      if (!step || now < 0) return;
+      const next = all[(now + step + all.length) % all.length];
+      for (const button of all) button.tabIndex = button === next ? 0 : -1;
+      next.focus();
+      event.preventDefault();
+    });
     equation.append(box);
   }
 }

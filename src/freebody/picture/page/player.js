@@ -14,6 +14,7 @@ function player(root, scene, options = {}) {
   const listeners = [];
   let motion = new Motion(scene);
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
+  let fineness = 1, rest = 0; // without a graphics card, the machine is drawn coarser while its motions follow a slider
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0, written = null;
   const heads = [], before = {}; // arrows of the picture; places of its texts, which they keep
 
@@ -205,8 +206,10 @@ function player(root, scene, options = {}) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const wide = Math.round(measured.wide * ratio), high = Math.round(measured.high * ratio);
     if (!wide || !high) return;
-    for (const layer of [canvas, overlay])
-      if (layer.width !== wide || layer.height !== high) [layer.width, layer.height] = [wide, high];
+    for (const [layer, fine] of [[canvas, fineness], [overlay, 1]]) {
+      const size = [Math.round(fine * wide), Math.round(fine * high)];
+      if (layer.width !== size[0] || layer.height !== size[1]) [layer.width, layer.height] = size;
+    }
     if (on.follow) {
       const now = middle();
       eye.target = add(eye.target, subtract(now, followed));
@@ -215,7 +218,7 @@ function player(root, scene, options = {}) {
     const place = add(eye.target, scale(eye.distance, eye.toward));
     const beyond = eye.distance + 2 * length(subtract(bounds.high, bounds.low)) + 10 * size;
     const camera = view(place, eye.target, eye.up, ANGLE, wide / high, Math.max(eye.distance / 100, beyond / 5000), beyond);
-    camera.ratio = ratio;
+    camera.ratio = fineness * ratio;
     camera.light = unit(add(camera.back, add(scale(0.7, camera.top), scale(-0.45, camera.right))));
     const texts = [];
     heads.length = 0;
@@ -401,7 +404,7 @@ function player(root, scene, options = {}) {
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => (renderer.revive(), build(), draw()), { signal });
   let copy = null;
-  window.addEventListener("beforeprint", () => (draw(), (copy = printed(canvases))), { signal });
+  window.addEventListener("beforeprint", () => ((fineness = 1), draw(), (copy = printed(canvases))), { signal });
   window.addEventListener("afterprint", () => copy && copy.remove(), { signal });
   const watch = new ResizeObserver(() => (measure(), strip(), draw()));
   watch.observe(stage);
@@ -431,6 +434,11 @@ function player(root, scene, options = {}) {
   // with ``shaped``, bodies have other shapes.
   function take(next, shaped) {
     const time = motion.now;
+    if (renderer.slow) {
+      fineness = 0.5;
+      clearTimeout(rest);
+      rest = setTimeout(() => ((fineness = 1), draw()), 150);
+    }
     scene = next;
     motion = new Motion(scene);
     if (shaped) shape();
@@ -442,6 +450,7 @@ function player(root, scene, options = {}) {
   }
   function dispose() {
     playing = false;
+    clearTimeout(rest);
     watch.disconnect();
     hands.abort();
     renderer.release();

@@ -1,6 +1,7 @@
 "use strict";
 // Two renderers with the same functions: WebGL, and a 2-D canvas (farthest first) for browsers without WebGL.
 //
+//   slow                               no graphics card draws: the time of a picture grows with its pixels
 //   surface(corners)                   returns a surface, from triangles as solids.js makes them
 //   path(points)                       returns a polyline, from numbers x, y, z, ...
 //   begin(camera)                      begins a new picture
@@ -83,6 +84,7 @@ function webgl(canvas) {
     return buffer;
   };
   let camera, later, behind, used = null;
+  const card = gl.getExtension("WEBGL_debug_renderer_info");
 
   const use = (names, buffer, layout, stride) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -108,6 +110,7 @@ function webgl(canvas) {
   };
   return {
     kind: "webgl",
+    slow: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(card ? card.UNMASKED_RENDERER_WEBGL : gl.RENDERER)),
     surface(corners) {
       const buffer = newBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -195,6 +198,7 @@ function flat(canvas) {
     `rgba(${color.map((c) => Math.round(255 * Math.min(1, c * k))).join()},${opacity})`;
   return {
     kind: "canvas",
+    slow: true,
     surface: (corners) => ({ corners, count: corners.length / STRIDE }),
     path: (points) => ({ points, segments: Math.max(points.length / 3 - 1, 0) }),
     begin(view) {

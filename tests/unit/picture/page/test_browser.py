@@ -286,6 +286,12 @@ def test_equations_are_copied_as_sympy(browser, pages):
     assert all(isinstance(sympy.sympify(code, evaluate=False), sympy.Basic) for code in codes)
     buttons = "document.querySelector('[data-sympy]').querySelectorAll('button')"
     assert browser.value(f"[...{buttons}].map(b => b.textContent)") == ["LaTeX", "SymPy", "text"]
+    stops = f"[...{buttons}].map(b => b.tabIndex)"
+    assert browser.value(stops) == [0, -1, -1]  # one stop of the Tab key
+    pressed = "new KeyboardEvent('keydown', { key: 'ArrowLeft', bubbles: true })"
+    browser.value(f"{buttons}[0].focus(); {buttons}[0].dispatchEvent({pressed})")
+    assert browser.value(f"document.activeElement === {buttons}[2]")
+    assert browser.value(stops) == [-1, -1, 0]
 
 
 def test_speed_and_end(browser, pages):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from freebody.picture.moving.keyframes import interpolated, keyframes
 from freebody.picture.page.animation import animation
 from freebody.picture.page.packing import FINE, packed
 from freebody.picture.page.page import LIVE, SCRIPTS, VIEW, page, policy, script
+from freebody.picture.page.report import document
 from page_data import scene_of, unpacked
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
@@ -375,6 +377,15 @@ def test_two_bodies_for_20_s_are_under_one_and_a_half_megabytes(tmp_path):
 
 
 # --- refusals, figures, notebook -----------------------------------------------------------------------------------
+
+
+def test_a_parameter_that_is_drawn_with_another_value_is_said(pendulum):
+    s, motion = pendulum
+    name, value = next((name, value) for name, value in motion.values.items() if value > 0)
+    plain = document(s, motion, equations=True, drawn={"values": dict(motion.values)})
+    other = document(s, motion, equations=True, drawn={"values": {name: 1.25 * value}})
+    assert "not to scale" not in plain
+    assert re.search(rf"not to scale.*{1.25 * value:.6g} in place of {value:.6g}\.</p>", other)
 
 
 def test_a_trajectory_of_another_system_is_refused(pendulum, tmp_path):

@@ -400,6 +400,19 @@ def test_keys_and_fingers_move_sliders(pages, page):
 
 
 @in_a_browser
+def test_without_a_graphics_card_the_stage_is_coarser_while_a_slider_moves(pages, page):
+    page.begin(pages["double pendulum"])
+    before, labels = page.value("[...document.querySelectorAll('canvas')].slice(0, 2).map(c => c.width)")
+    view = "document.querySelector('canvas.view')"
+    seen = "new MutationObserver(() => widths.push(VIEW.width)).observe(VIEW, { attributes: true })"
+    page.value(f"window.widths = []; {seen.replace('VIEW', view)}")
+    page.set("L", 1.3)
+    page.wait(f"widths.length && widths[widths.length - 1] === {before}")  # sharp again at rest
+    assert page.value("widths[0]") == pytest.approx(before / 2, abs=1)
+    assert page.value("document.querySelector('canvas.labels').width") == labels
+
+
+@in_a_browser
 def test_where_webassembly_is_not_allowed_the_recorded_motion_stays(pages, page, tmp_path):
     text = pages["double pendulum"].read_text(encoding="utf-8")
     file = tmp_path / "strict.html"
