@@ -82,7 +82,7 @@ class Ring(Field):
         self.generators: list[Generator] = []
         self._index: dict[Any, int] = {}  # SymPy atom, or key of a derived generator -> index
         self._memo: dict[Any, Any] = {}
-        self.positive: set[Any] = set()  # polynomials assumed positive, primitive
+        self.positive: dict[Any, None] = {}  # polynomials assumed positive, primitive, in order
         self.cache: dict[Any, Any] = {}  # for `functions` and the display
         self._declared = 0
         self._open(capacity)
@@ -218,7 +218,7 @@ class Ring(Field):
         if len(x) == 1 and len(factors) == 1 and x.num.leading_coefficient() > 0:
             self.used(x)[0].positive = True
         else:
-            self.positive.add(self._primitive(x))
+            self.positive[self._primitive(x)] = None
 
     def _primitive(self, x: Polynomial) -> Any:
         return element(self, x.num // int(x.num.content()), 1, x.mask)
