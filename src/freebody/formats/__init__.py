@@ -210,7 +210,7 @@ def write(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fb.write(s, f"{folder}/ball.toml")
     ...     fb.read(f"{folder}/ball.toml")
-    System 'ball': 1 body, 1 joint, 0 coordinates
+    System 'ball': 1 body, 1 joint, 7 coordinates
 
     A robot for another simulator, of a given mass:
 
