@@ -21,7 +21,7 @@ from .load import Load
 from .spring import Spring
 from .spring_law import JointSpringLaw, SpringLaw
 from .torque import Torque
-from .torsion import TorsionDamper, TorsionSpring
+from .torsion import TorsionDamper, TorsionSpring, turns_freely
 
 
 def force(system: Description, name: str, at: Any, components: Any, *, frame: Frame | None = None) -> Load:
@@ -128,7 +128,7 @@ def damper(
 
     On a ball or free joint it is a moment against the relative angular velocity, ``damping`` in N m s.
     """
-    if _turns_freely(on):
+    if isinstance(on, Joint) and turns_freely(on):
         return add(system, name, TorsionDamper(on, damping))
     if isinstance(on, Joint):
         return add(system, name, JointDamper(on, damping, coordinate))
@@ -163,7 +163,7 @@ def torsion_spring(
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
-    if _turns_freely(on):
+    if isinstance(on, Joint) and turns_freely(on):
         return add(system, name, TorsionSpring(on, stiffness, None if rest == 0 else rest))
     angles = [i for i, p in enumerate(on.primitives) if p.displaces and p.turns]
     if not angles:
@@ -183,11 +183,6 @@ def generalized_force(system: Description, coordinate: Any, value: Any, *, name:
     atom = own_coordinate(system, coordinate)
     name = f"Q_{names_of(system).texts[atom]}" if name is None else name
     return add(system, name, CoordinateForce(atom, value))
-
-
-def _turns_freely(on: Any) -> bool:
-    """Return True for a ball or a free joint."""
-    return isinstance(on, Joint) and any(motion.quaternion >= 0 for motion in on.primitives)
 
 
 def _second(point: Any, what: str) -> Any:

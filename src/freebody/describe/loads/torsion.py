@@ -35,6 +35,11 @@ from .action import Action, Couple
 from .load import Load
 
 
+def turns_freely(joint: Joint) -> bool:
+    """Return True for a joint with a ball."""
+    return any(motion.quaternion >= 0 for motion in joint.primitives)
+
+
 class _Torsion(Load):
     """What springs and dampers against a turn have in common."""
 
@@ -44,7 +49,7 @@ class _Torsion(Load):
 
     def check(self) -> None:
         """Refuse a joint without a ball, of which all turns are."""
-        if not any(motion.quaternion >= 0 for motion in self.joint.primitives):
+        if not turns_freely(self.joint):
             raise ModelError(
                 f"{self.heading} acts against the turn of a ball or free joint, but '{self.joint.name}' is a "
                 f"{self.joint.type}. s.bushing acts between any two bodies."

@@ -22,14 +22,13 @@ def rebounded(it: Contacts, part: float) -> float:
     problem = it.problem
     for i in range(problem.count):
         problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
-    bound(it, it.least)
+    hold_given(it, it.least)
     if it.poisson == 0:
         at = 0
         for k in range(it.contacts):
             if it.presser[k] >= 0:
                 continue
-            while it.place[at] != it.at[k]:
-                at += 1
+            at = unknown_of(it, k, at)
             if it.given[it.at[k]] < -it.still:
                 problem.b[at] += part * it.restitution[k] * it.given[it.at[k]]
     residual = answer(it)
@@ -41,26 +40,32 @@ def rebounded(it: Contacts, part: float) -> float:
         for k in range(it.contacts):
             if it.presser[k] >= 0:
                 continue
-            while it.place[at] != it.at[k]:
-                at += 1
+            at = unknown_of(it, k, at)
             problem.low[at] = greater(part * it.restitution[k] * problem.x[at], 0.0)
         for i in range(problem.count):
             problem.b[i] = it.after[it.place[i]]
-        bound(it, it.back)
+        hold_given(it, it.back)
         residual = greater(residual, answer(it))
         take(it)
     return residual
 
 
 @compiled
-def bound(it: Contacts, least: Reals) -> None:
+def unknown_of(it: Contacts, k: int, at: int) -> int:
+    """Return the place of the normal force of a contact among the unknowns, sought from ``at`` on."""
+    while it.place[at] != it.at[k]:
+        at += 1
+    return at
+
+
+@compiled
+def hold_given(it: Contacts, least: Reals) -> None:
     """Let given normal forces, which bound friction and move nothing, act in the problem."""
     at = 0
     for k in range(it.contacts):
         if it.presser[k] >= 0:
             continue
-        while it.place[at] != it.at[k]:
-            at += 1
+        at = unknown_of(it, k, at)
         if is_held(it, k) != 0:
             it.problem.low[at] = least[k]
 

@@ -127,7 +127,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
     """Write an island as a problem of its own; return 0 if there is no room for it."""
     blocks, part, n, m = problem.blocks, islands.part, 0, 0
     for a in range(problem.count):
-        if lies_in(problem, islands, a, island) == 1:
+        if island_of(problem, islands, a) == island:
             if m < islands.rows:
                 islands.own[m] = a
             m += 1
@@ -159,15 +159,6 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
             k += 1
     part.blocks.first[m], part.blocks.at[m] = p, k
     return 1
-
-
-@compiled
-def lies_in(problem: ContactProblem, islands: Islands, a: int, island: int) -> int:
-    """Return 1 if row ``a`` has speeds of an island."""
-    blocks, r = problem.blocks, problem.rows[a]
-    if blocks.first[r + 1] == blocks.first[r]:
-        return 0
-    return 1 if root_of(islands, blocks.pieces[blocks.first[r]]) == island else 0
 
 
 @compiled

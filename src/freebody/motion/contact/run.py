@@ -52,7 +52,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
     it, memory = work.it, work.memory
     it.y[:], it.t = [*state, 0.0, 0.0], begin
     it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
-    it.signs[:], it.ways[:], it.crossed_at[:] = event_run.UNSEEN, 0, -np.inf
+    code("forget_signs")(it)
     choose_features(work)
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
     loop, few = code("go_on"), max(FEW // (1 + it.rows), 4)

@@ -7,7 +7,7 @@ from typing import Any
 from ...native.loop import Function, made, sibling
 
 _MODULES = tuple(
-    sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "moment", "setting")
+    sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "jumps", "moment", "setting")
 )
 _CALLED = (
     "go_on",
@@ -15,6 +15,7 @@ _CALLED = (
     "log_crossing",
     "strike",
     "rub",
+    "forget_signs",
     "find_closed",
     "choose_all",
     "decide",
@@ -33,10 +34,10 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, impulses, moment, setting
+    from . import decision, event_loop, impulses, jumps, moment, setting
 
     return {
         name: f
-        for module in (moment, impulses, decision, setting, event_loop)
+        for module in (moment, jumps, impulses, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

@@ -20,8 +20,8 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import arrived, jumped
-from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
+from .jumps import arrived, jumped, take_crossing
+from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
@@ -289,12 +289,10 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     for i in range(n):
         log_state(it, run.times[i], run.times[2 * n + 1 + i * n_y :], run.times[n + 1 + i])
     for e in range(run.events):
-        if search.log_numbers[e] < it.asked:
-            log_crossing(
-                it, search.log_times[e], search.log_numbers[e], search.log_signs[e], search.log_states[e]
-            )
-            it.signs[search.log_numbers[e]] = it.ways[search.log_numbers[e]] = search.log_signs[e]
-            it.crossed_at[search.log_numbers[e]] = search.log_times[e]
+        number, way = search.log_numbers[e], search.log_signs[e]
+        if number < it.asked:
+            take_crossing(it, search.log_times[e], number, way, search.log_states[e])
+            it.signs[number] = way
     it.steps_left -= n
     it.budget -= n
     it.t = run.times[n]

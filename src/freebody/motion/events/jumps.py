@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater
+from ...native.instructions import Reals, compiled, greater
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
 from . import event_run
@@ -33,13 +33,19 @@ def sign_of(x: float) -> int:
 
 
 @compiled
+def take_crossing(it: EventRun, t: float, e: int, way: int, y: Reals) -> None:
+    """Log an event of a function at t, as its last one."""
+    log_crossing(it, t, e, way, y)
+    it.ways[e], it.crossed_at[e] = way, t
+
+
+@compiled
 def crossed(it: EventRun, run: Run, e: int, way: int) -> int:
     """Log an event now if its direction is asked for; return 1 if it ends the run, else 0."""
     asked = run.search.directions[e]
     if asked != 0 and asked != way:
         return 0
-    log_crossing(it, it.t, e, way, it.y)
-    it.ways[e], it.crossed_at[e] = way, it.t
+    take_crossing(it, it.t, e, way, it.y)
     return 1 if it.final[e] != 0 else 0
 
 

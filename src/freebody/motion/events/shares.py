@@ -53,9 +53,8 @@ def impulses_decide(it: EventRun, contacts: Contacts) -> int:
         at, n, r = contacts.at[i], contacts.tangents[i], it.first[it.chosen[i]]
         if contacts.forces[at] <= SAME * most or contacts.friction[i] == 0.0:
             n = 0
-        held = (
-            contacts.held[i] != 0 and contacts.presser[i] < 0
-        )  # a given bound of friction, which has no share
+        # a given bound of friction, which has no share
+        held = contacts.held[i] != 0 and contacts.presser[i] < 0
         if held and largest(contacts.after[at + 1 :], n) > SAME * fastest:
             continue
         if contacts.forces[at] > SAME * most:

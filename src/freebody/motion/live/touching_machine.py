@@ -148,7 +148,6 @@ class TouchingMachine:
         hold.ending[:] = [end.contact for end in scene.endings]
         hold.place[:] = [end.place for end in scene.endings]
         hold.final[:] = [*(spec.terminal for spec in setting.specs), 0]
-        hold.signs[:], hold.ways[:], hold.crossed_at[:] = event_run.UNSEEN, 0, -math.inf
         live.quaternions[:] = model.quaternions
         for run in (live.run, live.viewer):
             run.rates, run.projection = addresses["rates"], addresses["projection"]

@@ -22,7 +22,7 @@ from ...errors import SimulationError, nearest
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from .contact_expressions import note_of
+from .contact_expressions import note_of, of_contacts
 from .course import Course
 from .event import Event, EventList, EventSpec, Happening
 from .one_sided_limits import Span, spans, warnings_of
@@ -201,13 +201,15 @@ class ComputedMotion:
         """Events that happened, in their order: events of the user, passings of the limit of a one-sided constraint
         (:attr:`warnings`), and :attr:`happenings`. ``print`` shows a sentence for each.
         """
+        model = self.kernels.model
+        watched = [of_contacts(model, spec.expression, "an event") for spec in self.specs]
         crossings = [
             Event(
                 crossing.time,
                 self.specs[crossing.number].name,
                 crossing.sign,
                 dict(zip(self.names, crossing.state.tolist(), strict=False)),
-                note=note_of(self.kernels.model, self.specs[crossing.number], self.path, crossing.time),
+                note=note_of(model, watched[crossing.number], self.path, crossing.time),
             )
             for crossing in self.path.crossings
         ]

@@ -15,7 +15,6 @@ from ...scalar.expression import exact
 from ...scalar.parser import parse
 from ..kernels.contact_quantities import NAMES, OfContacts
 from .outputs import quantity_of
-from .phases import Phases
 
 SAME = 1e-12
 """Time within which an event belongs to both phases that meet there [s]."""
@@ -138,9 +137,8 @@ def refuse_of_contacts(expressions: Iterable[Any], where: str) -> None:
             )
 
 
-def note_of(model: Model, spec: Any, path: Any, time: float) -> str:
+def note_of(model: Model, watched: OfContacts | None, path: Any, time: float) -> str:
     """Return what is to be said of an event of forces that the motion does not determine then; else an empty text."""
-    watched = of_contacts(model, spec.expression, "an event") if isinstance(path, Phases) else None
     if watched is None:
         return ""
     first, at = {}, 0
@@ -152,9 +150,8 @@ def note_of(model: Model, spec: Any, path: Any, time: float) -> str:
         for name, kind, j in terms
         if kind in ("normal", "tangential", "margin")
     }
-    near = [
-        s for s in path.segments if s.path.start - SAME <= time <= s.path.end + SAME and s.loose is not None
-    ]
-    if any(segment.loose[row] for segment in near for row in rows):
+    before, after = path.places([time - SAME, time + SAME])
+    near = [segment.loose for segment in path.segments[before : after + 1] if segment.loose is not None]
+    if any(loose[row] for loose in near for row in rows):
         return "equal compliance shares the forces of these contacts"
     return ""
