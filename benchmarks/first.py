@@ -60,7 +60,7 @@ from freebody.motion.ode.loops import functions
 from freebody.native import loop
 begin = time.perf_counter()
 if sys.argv[1] == "moreau":
-    loop.code("motion.timestepping.moreau", "march")
+    loop.code("motion.moreau.moreau", "march")
 elif sys.argv[1] == "gauss_newton":
     loop.code("motion.start.gauss_newton", "close")
 elif " lanes " in sys.argv[1]:

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 import freebody as fb
 from contact_machines import rough_pendulum
 from freebody.exact import friction_circle, jamming_arm
+from freebody.motion.moreau.stepping_record import JAMMED
 from freebody.motion.timestepping.failure import failure
-from freebody.motion.timestepping.stepping_record import JAMMED
 
 G = 9.81
 

@@ -23,7 +23,7 @@ WRITERS = [
     ("program.kernels",),
     *((place(method), LOOP) for method in ORDERS),
     *((place(method), "motion.lanes.lanes", LOOP) for method in ORDERS),
-    ("motion.timestepping.moreau", LOOP),
+    ("motion.moreau.moreau", LOOP),
     ("motion.start.gauss_newton", LOOP),
 ]
 """What writes a kernel, and what writes each loop."""

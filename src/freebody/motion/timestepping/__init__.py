@@ -1,1 +1,1 @@
-"""Motion with contacts by time stepping (Moreau and Jean)."""
+"""Motion with contacts in time steps: what a run needs before the compiled loop (`moreau`), and the motion from it."""

@@ -34,6 +34,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
+from .mean_motion import mean_motion
 from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
 from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
 
@@ -195,8 +196,7 @@ class InSteps:
         for i in self.kernels.model.quaternions:
             middle[:, i : i + 4] /= np.linalg.norm(middle[:, i : i + 4], axis=1, keepdims=True)
         lengths = (self.path.times[steps + 1] - t)[:, None]
-        udot = (self.path.states[steps + 1, n_q:] - begin[:, n_q:]) / lengths
-        u = begin[:, n_q:] + h / 2 * udot
+        u, udot = mean_motion(model, self.values, middle, begin, self.path.states[steps + 1], lengths)
         known = [
             udot,
             self.impulses.contacts[steps] / lengths,

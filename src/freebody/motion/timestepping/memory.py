@@ -15,9 +15,10 @@ from ..families.memory import fill
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
+from ..moreau.stepping_record import Run
 from ..start.initial import number
+from .mean_motion import center
 from .stepped_kernels import Shape, mean_bearings
-from .stepping_record import Run
 
 ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
 """Limits on an island that Newton's method gets, whose matrices are dense."""
@@ -33,8 +34,9 @@ def memory_of(
     m = E + sum(tangents)
     loaded = sum(c.loaded for c in model.contacts)
     points = max((most_points(member.shape) for one in model.families for member in one.members), default=1)
+    flights = [link for link in model.links if link.flies]
     run = Run.made(
-        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
+        flights=len(flights), n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
         squares=int(shape.squares[-1]), blocks=len(shape.blocks) - 1,
         constraints=held, holonomic=shape.holonomic, conditions=held * held,
         joints=loaded, of_bearings=LOADED * loaded, moving=n_q + 2 * n + m + len(rows(model)),
@@ -63,6 +65,10 @@ def memory_of(
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
     for i in model.quaternions:
         machine.turned[i : i + 4] = 1
+    for k, link in enumerate(flights):
+        machine.attitude[k], machine.center[k] = link.quaternion, center(model, values, link)
+        machine.spin[k] = np.flatnonzero(shape.order == link.u)[0]
+        machine.block[k] = np.searchsorted(shape.blocks, machine.spin[k], side="right") - 1
     contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
     contacts.tangents = np.array(tangents, dtype=np.int64)
     contacts.mu, contacts.restitution = (

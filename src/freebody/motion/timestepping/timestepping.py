@@ -25,6 +25,7 @@ from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..legs.loaded_joints import check_blows
+from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
@@ -41,7 +42,6 @@ from .failure import MOST_SWEEPS, accepted, check_laws, failure
 from .memory import memory_of
 from .pair_motion import PairLog
 from .stepped_kernels import stepping
-from .stepping_record import CONTACTS, FULL, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -122,7 +122,7 @@ class _Run:
             PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
         )
         self._make_room()
-        self.march = loop.code("motion.timestepping.moreau", "march")
+        self.march = loop.code("motion.moreau.moreau", "march")
         check_blows(kernels.model, blows, "moves in time steps")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
@@ -210,7 +210,7 @@ class _Run:
     def _gaps_of_pairs(self, y: Array) -> list[tuple[str, float]]:
         while True:
             self.memory.z[: len(y)] = y
-            loop.code("motion.timestepping.pairs", "deepest")(self.memory, self.begin - self.h, 0.0)
+            loop.code("motion.moreau.pairs", "deepest")(self.memory, self.begin - self.h, 0.0)
             pairs = self.memory.families.pairs
             if pairs.count <= pairs.most:
                 break

@@ -10,6 +10,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import NORMAL
 from ..phase.bearings import load_of
+from .free_joints import turning
 from .stepping_record import Run
 
 PASSES = 2000
@@ -43,8 +44,15 @@ def set_motion(run: Run) -> None:
         motion[i] = run.z[i]
     for i in range(n):
         change = run.free[i] + problem.v[i]
-        motion[n_q + machine.order[i]] = run.u[i] + 0.5 * change
+        run.u_mean[i] = run.u[i] + 0.5 * change
+        motion[n_q + machine.order[i]] = run.u_mean[i]
         motion[n_q + n + machine.order[i]] = change / run.h
+    for k in range(machine.flights):
+        at = n_q + n + machine.order[machine.spin[k]] + 3
+        x, y, z = turning(machine, k, run.u_mean)
+        motion[at] -= x
+        motion[at + 1] -= y
+        motion[at + 2] -= z
     at = n_q + 2 * n
     for r in range(contacts.rows):
         motion[at + r] = 0.0

@@ -5,7 +5,7 @@ import pytest
 
 from freebody.native.loop import code
 
-ELIMINATION = "motion.timestepping.elimination"
+ELIMINATION = "motion.moreau.elimination"
 
 
 @pytest.mark.parametrize("band", range(6))

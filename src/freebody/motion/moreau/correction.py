@@ -2,9 +2,10 @@
 
     0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
 
-Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, so the energy of the machine
-changes by the work of this displacement against its loads: V(q + Δ) - V(q) lifts bodies that have sunk into each other
-in the step. The displacement of each step is kept, and its work stands in the ledger (`Energy.correction`).
+Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, those of free joints in axes that
+do not turn (`free_joints`), so the energy of the machine changes by the work of this displacement against its loads:
+V(q + Δ) - V(q) lifts bodies that have sunk into each other in the step. The displacement of each step is kept, and its
+work stands in the ledger (`Energy.correction`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from ..cones.block_rows import along
 from ..cones.islands import Islands
 from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
+from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, pair_gap
 from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
@@ -108,7 +110,9 @@ def shifted(run: Run, t: float) -> None:
     """Move the coordinates of z by its speeds, and give it those of the step."""
     machine = run.machine
     machine.moving(t + run.h, run.z, machine.c, run.rate)
+    fix(machine, run.z, run.u_new)
     for i in range(machine.n_q):
         run.z[i] += run.rate[i]
-    put_speeds(machine, run.z, run.u_new)
     normalize(machine, run.z)
+    release(machine, run.z, run.u_new)
+    put_speeds(machine, run.z, run.u_new)

@@ -30,6 +30,9 @@ class Machine(Record):
                   ``system`` and ``closing`` give nothing
     ``order``     model speed at each place in block order
     ``quaternions``    components at which unit quaternions begin; ``turned``: 1 for each component of one
+    ``flights``        number of free joints. Of each, ``attitude``: where its quaternion begins in q; ``spin``: where
+                       its ω begins among the speeds in block order, before v; ``block``: its block; ``center``: mass
+                       centre of its link
     """
 
     c: Row
@@ -47,6 +50,11 @@ class Machine(Record):
     n_quaternions: Count
     quaternions: Wholes
     turned: Annotated[Wholes, "n_q"]
+    flights: Count
+    attitude: Annotated[Wholes, "flights"]
+    spin: Annotated[Wholes, "flights"]
+    block: Annotated[Wholes, "flights"]
+    center: Annotated[Rows, "flights", 3]
 
 
 @record

@@ -17,7 +17,8 @@ The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a
 `cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:
 entry i is speed ``order[i]`` of the model.
 
-Loads that depend on ū are found by iteration (`loads`).
+Loads that depend on ū are found by iteration (`loads`). The speeds v of free joints are within a step those of their
+mass centre in the axes of q_M, and f holds what these do not turn (`free_joints`): spheres need no iteration.
 
 The memory is a record (`stepping_record.Run`). No step allocates or raises.
 
@@ -41,6 +42,7 @@ from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
+from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip
@@ -94,12 +96,15 @@ def midpoint(run: Run, t: float) -> int:
     for i in range(machine.n_q):
         z[i] = y[i] + 0.5 * run.h * run.first_rate[i]
     for i in range(machine.n):
-        z[machine.n_q + i] = y[machine.n_q + i]
         run.u[i] = y[machine.n_q + machine.order[i]]
     normalize(machine, z)
+    fix(machine, y, run.u)
+    release(machine, z, run.u)
+    put_speeds(machine, z, run.u)
     failure = evaluate(run, t + 0.5 * run.h, run.constraints, CLOSED_GAP)
     if failure != NONE:
         return failure
+    add_turning(run, run.u, run.f)
     close(run, 1, CLOSED_GAP)
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
@@ -206,6 +211,7 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
             run.u_mean[i] = run.u[i] + 0.5 * (run.free[i] + problem.v[i])
         put_speeds(machine, run.z, run.u_mean)
         loads_at(machine, t + 0.5 * run.h, run.z, loads.f)
+        add_turning(run, run.u_mean, loads.f)
         size = imbalance(run, trials)
         if not math.isfinite(size):
             return NOT_FINITE
@@ -336,15 +342,17 @@ def advance(run: Run, t: float) -> None:
     put_speeds(machine, z, run.u_mean)
     machine.moving(t + 0.5 * h, z, machine.c, run.rate)
     run.works[run.done, 1] += h * run.rate[machine.n_q]
+    fix(machine, z, run.u_new)
     if machine.n_quaternions > 0:
         for i in range(machine.n_q):
             z[i] = y[i]
         machine.moving(t, z, machine.c, run.rate)
     for i in range(machine.n_q):
         z[i] = y[i] + h * run.rate[i]
+    normalize(machine, z)
+    release(machine, z, run.u_new)
     put_speeds(machine, z, run.u_new)
     if machine.n_quaternions > 0:
-        normalize(machine, z)
         machine.moving(t + h, z, machine.c, run.rate)
         for i in range(machine.n_q):
             if machine.turned[i] == 0:

@@ -1,0 +1,1 @@
+"""The compiled loop of time stepping: steps of Moreau and Jean, and what each is made of."""
