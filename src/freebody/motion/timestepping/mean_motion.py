@@ -47,7 +47,7 @@ def mean_motion(
 
 
 def _rotation(states: Array, link: Link) -> Any:
-    return matrix_from_quaternion(tuple(states[:, link.quaternion : link.quaternion + 4].T))  # type: ignore[arg-type]
+    return matrix_from_quaternion(tuple(states[:, link.quaternion : link.quaternion + 4].T))
 
 
 def _twist(speeds: Array, link: Link) -> tuple[Any, Any]:
