@@ -12,6 +12,10 @@ H, TOLERANCE = 1e-6, 1e-11
 # Differences have an error of ε/h, for motions with the error ε, and of h² times a third derivative; both grow with the
 # slopes themselves. An event that passes a time of output between the two motions would be a jump, and is left out.
 ALLOWED = 2e-5
+# ε is no constant of a scene: one motion of seed 36 in space is off by 8e-11, its neighbours by 1e-14. A difference
+# that exceeds the bound is asked again with two other steps, and the middle one of the three counts: its error is no
+# more than the second least of ε/h for h/3, h and 3 h. Slopes that are wrong differ from all three.
+STEPS = (H, H / 3, 3 * H)
 
 
 def compare(scene, seed, until=0.6):
@@ -34,11 +38,16 @@ def compare(scene, seed, until=0.6):
     far = np.abs(motion.t[:, None] - events).min(axis=1) > 1e-3
     worst = 0.0
     for name in names:
-        after, before = run(**{name: start[name] + H}), run(**{name: start[name] - H})
-        for quantity in motion.names:
-            slopes = motion.sensitivity[quantity, name]
-            off = slopes - (after[quantity] - before[quantity]) / (2 * H)
-            worst = max(worst, np.abs(off[far]).max() / (1 + np.abs(slopes[far]).max()))
+        slopes = np.array([motion.sensitivity[quantity, name] for quantity in motion.names])[:, far]
+        differences = []
+        for h in STEPS:
+            after, before = run(**{name: start[name] + h}), run(**{name: start[name] - h})
+            differences.append([(after[x] - before[x])[far] / (2 * h) for x in motion.names])
+            off = np.abs(slopes - np.median(differences, axis=0)).max(axis=1)
+            found = (off / (1 + np.abs(slopes).max(axis=1))).max()
+            if len(differences) == 1 and found < ALLOWED:
+                break
+        worst = max(worst, found)
     return worst
 
 

@@ -67,7 +67,10 @@ def in_axes_of(model, q, state):
 def balance(s, motion, step):
     """What the balance of every body lacks in one step, in parts of the greatest force and moment there."""
     model, h = motion.kernels.model, motion.step
-    y, after = motion.path.states[step], motion.path.states[step + 1]
+    y, after = (
+        motion.path.states[step],
+        motion.path.states[step + 1] - motion.course.impulses.corrections[step],
+    )
     n, t = model.n_q, motion.path.times[step]
 
     def at(q, u, time):
@@ -234,21 +237,75 @@ def test_of_second_order_in_flight(seed):
     assert (abs(orders - 2) < 0.1).all(), (errors, orders)
 
 
-def test_what_lifts_bodies_out_of_each_other_is_a_named_work(tmp_path):
-    """A ball lands between two steps: the correction lifts it by its displacement, m g Δz, and the ledger closes."""
+def ball_over_floor(mass, e=0.0):
     s = fb.System("ball")
     s.gravity = (0, 0, -9.81)
-    ball = s.body("ball", fb.sphere(2, 0.1))
+    ball = s.body("ball", fb.sphere(mass, 0.1))
     s.free("f", s.ground, ball)
-    s.contact("floor", ball.sphere(0.1), s.ground.plane(normal="z"))
+    s.contact("floor", ball.sphere(0.1), s.ground.plane(normal="z"), restitution=e)
+    return s
+
+
+def test_what_lifts_bodies_out_of_each_other_is_a_named_work(tmp_path):
+    """A ball lands between two steps. The correction lifts it by m g Δz; as it flies, it takes that from the speed."""
+    s = ball_over_floor(2)
     times = np.linspace(0, 0.5, 51)  # the ends of the steps
     motion = fb.simulate(s, 0.5, initial={"f_z": 0.5}, method="timestepping", step=1e-2, times=times)
-    energy, lifted = motion.energy, motion.course.impulses.corrections[:, 2]
+    energy, changes = motion.energy, motion.course.impulses.corrections
+    n_q = motion.kernels.model.n_q
+    lifted, slowed = changes[:, 2], changes[:, n_q + list(motion.kernels.model.speed_names).index("f_vz")]
+    landing, stopping = np.flatnonzero(lifted)
     assert 0 < lifted.sum() < 2 * 1e-2 * np.sqrt(2 * 9.81 * 0.4)  # v h for each of two steps
-    assert energy.correction[-1] == pytest.approx(2 * 9.81 * lifted.sum(), rel=1e-12)
+    assert slowed[landing] > 0 and slowed[stopping] == 0
+    work = np.diff(energy.correction)
+    assert work[landing] == pytest.approx(0, abs=1e-14)
+    assert work[stopping] == pytest.approx(2 * 9.81 * lifted[stopping], rel=1e-12)
     np.testing.assert_allclose(energy.residual, 0, atol=1e-13)
     motion.save(tmp_path / "ball.nc")
     loaded = fb.Trajectory.load(tmp_path / "ball.nc")
     np.testing.assert_array_equal(loaded.energy.correction, energy.correction)
     smooth = fb.simulate(s, 0.5, initial={"f_z": 0.5})
     assert smooth.energy.correction is None
+
+
+@pytest.mark.parametrize("e, until", [(0.0, 1), (0.5, 2), (0.8, 4), (0.95, 12), (1.0, 5)])
+@pytest.mark.parametrize("h, mass", [(1e-3, 2.0), (7e-3, 0.01)])
+def test_a_ball_bounces_without_a_gain_until_it_rests(e, until, h, mass):
+    """No step makes energy, as where it lands between two middles and is lifted; the bounces end, or never lose any."""
+    count = round(until / h)
+    motion = fb.simulate(
+        ball_over_floor(mass, e), count * h, initial={"f_z": 0.5}, method="timestepping", step=h,
+        times=np.linspace(0, count * h, count + 1),
+    )  # fmt: skip
+    total = motion.energy.kinetic + motion.energy.potential
+    assert np.diff(total).max() <= 1e-14 * total[0] and not motion.warnings
+    if e == 1:
+        assert np.ptp(total) <= 1e-12 * total[0]
+    else:
+        assert abs(motion["f_vz"][-1]) <= 1e-13 and abs(motion.contacts["floor"].gap[-1]) <= 1e-10
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.95, 1.0])
+@pytest.mark.parametrize("seed, h", [(0, 1e-3), (1, 4e-3)])
+def test_balls_that_bounce_on_each_other_gain_nothing(seed, h, e):
+    rng = np.random.default_rng(seed)
+    s, start = fb.System("balls"), {}
+    s.gravity = (0, 0, -9.81)
+    shapes, masses = [], 10 ** rng.uniform(-1, 1, size=4)
+    for i, m in enumerate(masses):
+        ball = s.body(f"b{i}", fb.sphere(float(m), 0.1))
+        s.free(f"f{i}", s.ground, ball)
+        shapes.append(ball.sphere(0.1))
+        x, y = rng.normal(size=2) * 0.02
+        start |= {f"f{i}_x": float(x), f"f{i}_y": float(y), f"f{i}_z": 0.15 + 0.25 * i}
+    s.contacts("all", [*shapes, s.ground.plane(normal="z")], restitution=e, friction=0)
+    count = round(2 / h)
+    motion = fb.simulate(
+        s, 2, initial=start, method="timestepping", step=h, times=np.linspace(0, 2, count + 1)
+    )
+    total = motion.energy.kinetic + motion.energy.potential
+    # an approach up to g h is left as it is: such a contact is at most v h deep, and lifts by no more than m (g h)²
+    left = float(masses.sum()) * (9.81 * h) ** 2 if e < 0.9 else 0.0
+    assert np.diff(total).max() <= left + 1e-13 * np.ptp(motion.energy.potential)
+    if e == 1:
+        assert np.ptp(total) <= 1e-12 * total[0]

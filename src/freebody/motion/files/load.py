@@ -174,7 +174,7 @@ def _course(
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
             read.reals("contacts", (steps, m)), read.reals("constraints", (steps, len(rows(model)))),
-            read.reals("works", (steps, 2)), read.reals("corrections", (steps, model.n_q)), modes,
+            read.reals("works", (steps, 2)), read.reals("corrections", (steps, model.n_q + model.n_u)), modes,
             _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
         stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping) if x.name in about))

@@ -2,25 +2,28 @@
 
     0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
 
-Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, those of free joints in axes that
-do not turn (`free_joints`), so the energy of the machine changes by the work of this displacement against its loads:
-V(q + Δ) - V(q) lifts bodies that have sunk into each other in the step. The displacement of each step is kept, and its
-work stands in the ledger (`Energy.correction`).
+Δ is the least displacement in the norm of the mass matrix. It lifts what has sunk into each other in the step, by
+V(q + Δ) - V(q). A contact that pressed in the step keeps its speed, in axes that do not turn (`free_joints`). One that
+flies, and has closed since the middle of the step, met its surface with less speed, so that a bounce gains no height:
+
+    u⁺ = u + s Δ,    s u·M Δ + s²/2 Δ·M Δ = f·Δ        Δ of the contacts that fly alone, for each island of contacts
+
+The change of q and u of each step is kept, and its energy stands in the ledger (`Energy.correction`).
 """
 
 from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater
-from ..cones.block_rows import along
-from ..cones.islands import Islands
+from ...native.instructions import compiled, greater, root
+from ..cones.block_rows import add, along
+from ..cones.islands import Islands, connect, island_of
 from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
-from .pairs import deepest, pair_gap
-from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
+from .pairs import deepest, pair_gap, pair_rate, pressed
+from .stepping_record import NONE, NOT_FINITE, OPEN, OVERLAP, Run
 
 DEEP = 1e-10
 CLOSINGS = 200
@@ -37,24 +40,28 @@ TINY = 1e-300
 @compiled
 def correct(run: Run, islands: Islands, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
-    depth, error, moved, n_q = 0.0, math.inf, run.moved[run.done], run.machine.n_q
-    for i in range(n_q):
+    depth, error, moved, n = 0.0, math.inf, run.moved[run.done], run.machine.n_q + run.machine.n
+    for i in range(n):
         moved[i] = run.z[i]
-    for _ in range(CLOSINGS):
+    for k in range(CLOSINGS):
         depth = overlap(run, t)
         error = depth
         for i in range(run.holonomic):
             error = greater(error, abs(run.end.phi[i]))
         if error <= DEEP or not math.isfinite(error):
             break
-        failure = separate(run, islands, t, depth)
+        failure = NONE
+        if k == 0 and lands(run) == 1:
+            failure = slow(run, islands, t, depth)
+        if failure == NONE:
+            failure = separate(run, islands, t, depth)
         if failure != NONE:
             return failure
     run.overlap = error
     if not error <= DEEP:
         return OVERLAP if math.isfinite(error) else NOT_FINITE
     run.depth = greater(run.depth, depth)
-    for i in range(n_q):
+    for i in range(n):
         moved[i] = run.z[i] - moved[i]
     return NONE
 
@@ -74,29 +81,132 @@ def overlap(run: Run, t: float) -> float:
 
 
 @compiled
+def lands(run: Run) -> int:
+    """Return 1 if a contact without impulses in the step is closed at its end (`overlap`)."""
+    contacts, pairs = run.contacts, run.families.pairs
+    for e in range(contacts.count):
+        if run.end.gap[e] < -DEEP and contacts.held[e] == 0 and opened(run, e) == 1:
+            return 1
+    for c in range(pairs.count):
+        if pairs.touch[pairs.slots[c], 0] < -DEEP and pressed(pairs, c) == 0:
+            return 1
+    return 0
+
+
+@compiled
+def opened(run: Run, e: int) -> int:
+    """Return 1 if a contact had no impulses in the step."""
+    return 1 if run.modes[run.done * run.contacts.count + e] == OPEN and run.contacts.kept[e] == 0 else 0
+
+
+@compiled
+def flies(run: Run, a: int) -> int:
+    """Return 1 if the contact of row ``a`` of the problem had no impulses in the step."""
+    e = run.contacts.owner[a]
+    return opened(run, e) if a < run.contacts.closed else 1 - pressed(run.families.pairs, e)
+
+
+@compiled
+def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
+    """Take what the displacement of contacts that fly adds to the potential from their approach; return a failure or
+    NONE.
+
+    An approach that the loads of a single step give is left: it has no rebound, and the next step stops it, with
+    friction. This is how contacts go on on surfaces that curve away.
+    """
+    machine, problem, energy = run.machine, run.problem, islands.energy
+    for i in range(machine.n):
+        run.u_mean[i] = 0.0
+    put_speeds(machine, run.z, run.u_mean)  # f without terms of the speeds, which do no work
+    failure = lay(run, t, depth, run.constraints)
+    if failure != NONE:
+        return failure
+    for i in range(machine.n):
+        run.momentum[i] = run.f[i] + run.pressed[i]
+    for a in range(problem.count):
+        problem.b[a] = gap_of(run, a)
+        if problem.b[a] < 0.0 and flies(run, a) == 0:
+            problem.b[a] = 0.0
+    if solved(run, islands, depth) == 0:
+        return OVERLAP
+    connect(problem, islands)
+    for b in range(problem.blocks.count):
+        for k in range(3):
+            energy[b, k] = 0.0
+    for a in range(problem.count):
+        b, r, x = island_of(problem, islands, a), problem.rows[a], problem.x[a]
+        if b >= 0:
+            energy[b, 0] += x * closing_rate(run, a)
+            energy[b, 1] += x * along(problem.blocks, r, run.W, problem.v)
+            energy[b, 2] += along(problem.blocks, r, problem.X, run.momentum) * x
+    for b in range(problem.blocks.count):
+        p, q, work = energy[b, 0], energy[b, 1], energy[b, 2]
+        energy[b, 0] = 0.0
+        if work < 0.0 and -p > -work * run.h:
+            energy[b, 0] = (-p - root(greater(p * p + 2.0 * q * work, 0.0))) / q
+    for a in range(problem.count):
+        b = island_of(problem, islands, a)
+        if b >= 0:
+            add(problem.blocks, problem.rows[a], problem.X, energy[b, 0] * problem.x[a], run.u_new)
+    put_speeds(machine, run.z, run.u_new)
+    return NONE
+
+
+@compiled
+def closing_rate(run: Run, a: int) -> float:
+    """Return the rate of the gap of row ``a`` of the problem with the new speeds, where z has none."""
+    r = run.problem.rows[a]
+    own = run.rates[r] if a < run.contacts.closed else pair_rate(run, a)
+    return own + along(run.problem.blocks, r, run.W, run.u_new)
+
+
+@compiled
+def gap_of(run: Run, a: int) -> float:
+    """Return the gap of row ``a`` of the problem."""
+    return run.now.gap[run.contacts.owner[a]] if a < run.contacts.closed else pair_gap(run, a)
+
+
+@compiled
+def lay(run: Run, t: float, depth: float, constraints: int) -> int:
+    """Set the rows of the problem of a displacement at z, and their answers; return a failure or NONE."""
+    near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
+    run.families.patch.even = near
+    failure = evaluate(run, t + run.h, constraints, near)
+    run.families.patch.even = 0.0
+    if failure == NONE:
+        close(run, 0, near)
+        answers(run, constraints)
+    return failure
+
+
+@compiled
+def solved(run: Run, islands: Islands, depth: float) -> int:
+    """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0."""
+    problem = run.problem
+    problem.reference = TINY
+    for a in range(problem.count):
+        problem.x[a] = 0.0
+        problem.reference = greater(problem.reference, abs(problem.b[a]))
+    goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
+    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
+        run.overlap = depth
+        return 0
+    return 1
+
+
+@compiled
 def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
-    near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
-    run.families.patch.even = near
-    failure = evaluate(run, t + run.h, count, near)
-    run.families.patch.even = 0.0
+    failure = lay(run, t, depth, count)
     if failure != NONE:
         return failure
     for i in range(machine.n):
         shift[i] = 0.0
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
-    close(run, 0, near)
-    problem.reference = TINY
     for a in range(problem.count):
-        problem.x[a] = 0.0
-        gap = run.now.gap[run.contacts.owner[a]] if a < run.contacts.closed else pair_gap(run, a)
-        problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
-        problem.reference = greater(problem.reference, abs(problem.b[a]))
-    answers(run, count)
-    goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
-        run.overlap = depth
+        problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
+    if solved(run, islands, depth) == 0:
         return OVERLAP
     for i in range(machine.n):
         shift[i] += problem.v[i]

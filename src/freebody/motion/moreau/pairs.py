@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import FIRST, LINE, NORMAL
+from ..families.family_record import POINTS, Pairs
 from ..families.narrow_phase import P, Q, T, rate, rows, seek
 from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
 
@@ -55,6 +56,29 @@ def pair_gap(run: Run, a: int) -> float:
     """Return the gap of the pair whose normal is row ``a`` of the problem."""
     pairs = run.families.pairs
     return pairs.touch[pairs.slots[run.contacts.owner[a]], 0]
+
+
+@compiled
+def pair_rate(run: Run, a: int) -> float:
+    """Return the rate of the gap of the pair whose normal is row ``a`` of the problem."""
+    slot = run.families.pairs.slots[run.contacts.owner[a]]
+    return rate(run.families, slot, run.families.pairs.touch[slot][1:])
+
+
+@compiled
+def pressed(pairs: Pairs, c: int) -> int:
+    """Return 1 if the two members of a pair pressed each other in the step, at any of their points.
+
+    Points of a patch have numbers that change with it.
+    """
+    first, end, number = 0, pairs.known, pairs.ids[c] // POINTS
+    while first < end:
+        middle = (first + end) // 2
+        if pairs.past[middle] // POINTS < number:
+            first = middle + 1
+        else:
+            end = middle
+    return 1 if first < pairs.known and pairs.past[first] // POINTS == number else 0
 
 
 @compiled

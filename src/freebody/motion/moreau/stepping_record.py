@@ -173,8 +173,8 @@ class Run(Record):
     ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
     ``tolerance``, ``most_sweeps``    of the contact problem of a step
     ``states``, ``impulses``, ``works``, ``moved``, ``modes``    a row for each step: state at its end; impulses of
-                           contacts and constraints; work of contacts and blows, of loads and constraints; change of q
-                           by the correction at its end; mode of each contact
+                           contacts and constraints; work of contacts and blows, of loads and constraints; change of the
+                           state by the correction at its end; mode of each contact
     ``log``, ``logged``    an entry for each pair of families that presses; their number, and the room;
                            ``log_end``: their number after each step
     ``blow``               generalized impulse J of blows in the next step

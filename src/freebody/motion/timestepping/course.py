@@ -80,7 +80,7 @@ class Impulses:
     """Impulses, work and contact modes of every step.
 
     ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
-    loads and constraints. ``corrections`` (n_q): changes of q at the end of a step, without those of speeds, that
+    loads and constraints. ``corrections`` (n_q + n_u): changes of the state at the end of a step that
     separate bodies. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
     (name, [(point, impulse, moment impulse)]). ``pairs``: for each step, an entry for each pair of families that
     presses (`families.family_record.ENTRY`).
@@ -196,7 +196,8 @@ class InSteps:
         for i in self.kernels.model.quaternions:
             middle[:, i : i + 4] /= np.linalg.norm(middle[:, i : i + 4], axis=1, keepdims=True)
         lengths = (self.path.times[steps + 1] - t)[:, None]
-        u, udot = mean_motion(model, self.values, middle, begin, self.path.states[steps + 1], lengths)
+        end = self.path.states[steps + 1] - self.impulses.corrections[steps]  # before what follows the forces
+        u, udot = mean_motion(model, self.values, middle, begin, end, lengths)
         known = [
             udot,
             self.impulses.contacts[steps] / lengths,
@@ -275,7 +276,7 @@ class InSteps:
 
     @cached_property
     def corrected(self) -> Array:
-        """Energy that the correction at the end of every step adds, V(q) - V(q - Δ) and its like for T [J]."""
+        """Energy that the correction at the end of every step adds: that after it less that before [J]."""
         moved, path = self.impulses.corrections, self.path
         result = np.zeros(len(moved))
         steps = np.flatnonzero(moved.any(axis=1))

@@ -138,7 +138,7 @@ class _Run:
         self.states = np.empty((count + 1, n))
         # pages of memory are used as the steps are written
         self.impulses, self.works, self.moved = (
-            np.empty((count, width)) for width in (self.rows + len(self.shape.held), 2, model.n_q)
+            np.empty((count, width)) for width in (self.rows + len(self.shape.held), 2, n)
         )
         self.modes, self.log = np.empty((count, E), dtype=np.int64), PairLog.made(count)
         self.blows: dict[int, list[tuple[str, Any]]] = {}
