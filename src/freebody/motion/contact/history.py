@@ -16,13 +16,14 @@ from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_i
 from ...dynamics.state import float_state
 from ..ending import ENDS, End
 from ..events import event_run
+from ..events.code import code
 from ..ode.dense_output import Array, Crossing, Path
 from ..phase import laws
-from ..phase.scene import KINDS, Phase, at_limit, direction_of
-from ..phase.snapshot import Snapshot
+from ..phase.scene import KINDS, at_limit
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown
+from .open_forces import LoggedSegment
 from .state import ContactRun
 
 WHY = {
@@ -41,6 +42,10 @@ WHY = {
 """Reasons why a mode began."""
 UNWATCHED = f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} ms at most: a shorter slip is not seen"
 """What is left open about a rest whose limits of friction are not watched."""
+
+
+LEAST = 12
+"""Least number of marks of a phase."""
 
 
 class Entry(NamedTuple):
@@ -66,19 +71,21 @@ class History:
         self.marks, self.numbers = np.array(it.marks[: it.marked]), np.array(it.numbers[: it.numbered])
         self.times, self.lengths = np.array(it.times[: it.logged]), np.array(it.lengths[: it.logged])
         self.states = np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)
+        places = np.empty(1 + it.marked // LEAST, dtype=np.int64)
+        self.phases = places[: code("find_phases")(it, places)]
         self.told = tuple(self.work.told)
 
     def __reduce__(self) -> Any:
         return Told, (self.happenings, self.timeline, self.indeterminate)
 
-    def entries(self, *kinds: int) -> Iterator[Entry]:
-        """Yield the entries, of these kinds or of all, in their order."""
+    def entries(self, *kinds: int) -> Iterator[tuple[int, Any, Any]]:
+        """Yield the entries, of these kinds or of all, in their order; see :class:`Entry`."""
         at, marks, end = 0, self.marks.tolist(), len(self.numbers)
         while at < len(marks):
             kind, size, first = marks[at : at + 3]
             if not kinds or kind in kinds:
                 last = marks[at + size + 2] if at + size < len(marks) else end
-                yield Entry(kind, marks[at + 3 : at + size], self.numbers[first:last])
+                yield kind, marks[at + 3 : at + size], self.numbers[first:last]
             at += size
 
     def modes(self, numbers: list[int], directions: Array) -> tuple[str, ...]:
@@ -96,21 +103,29 @@ class History:
         """The phases of the run."""
         return Phases(Logged(self), self.status)
 
+    def entry(self, at: int) -> tuple[list[int], Array]:
+        """Return the integers and the real numbers of the entry at a place."""
+        size, first = self.marks[at + 1 : at + 3].tolist()
+        last = self.marks[at + size + 2] if at + size < len(self.marks) else len(self.numbers)
+        return self.marks[at + 3 : at + size].tolist(), self.numbers[first:last]
+
     @cached_property
-    def phases(self) -> list[tuple[list[int], Array, tuple[Crossing, ...]]]:
-        """The entries of phases, each with the events of the user in it."""
+    def crossings(self) -> list[tuple[Crossing, ...]]:
+        """The events of the user in every phase."""
         result, crossings = [], list[Crossing]()
-        for kind, marks, numbers in self.entries(event_run.CROSSING, event_run.PHASE):
+        for kind, marks, numbers in (
+            self.entries(event_run.CROSSING, event_run.PHASE) if self.work.asked else ()
+        ):
             if kind == event_run.CROSSING:
                 crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
             else:
-                result.append((marks, numbers, tuple(crossings)))
+                result.append(tuple(crossings))
                 crossings = []
-        return result
+        return result or [()] * len(self.phases)
 
     def segment(self, k: int) -> Segment:
         """Return a phase of the run."""
-        marks, numbers, crossings = self.phases[k]
+        marks, numbers = self.entry(self.phases[k])
         E, other = len(self.work.names), self.work.parameters_of(k)
         first, rows, status, rejected, evaluations, stiff, blame, kind, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
@@ -123,7 +138,7 @@ class History:
         path = object.__new__(Leap if straight else Path)
         path.__dict__.update(
             _recipe=(phase.rates, parameters), times=self.times[first:last],
-            lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
+            lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=self.crossings[k],
             status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
             method="dop853" if straight else method,
             relative=None if straight else work.relative, absolute=None if straight else work.absolute, stiff=stiff,
@@ -131,15 +146,16 @@ class History:
         )  # fmt: skip
         shown_modes = marks[9 + E : 9 + 2 * E]
         dead = [mode >= event_run.DEAD for mode in shown_modes]
-        loose = np.zeros(scene.rows, dtype=bool)
-        if spare or any(dead):
-            seen = work.look(float(self.times[first]), self.states[first], parameters)
-            loose = loose_forces(work, phase, dead, seen)
         names = tuple(
             contact.shown(KINDS[mode % event_run.DEAD])
             for contact, mode in zip(work.model.contacts, shown_modes, strict=True)
         )
-        return Segment(path, phase, float(numbers[0]), names, loose, other)
+        segment = object.__new__(LoggedSegment)
+        segment.__dict__.update(
+            path=path, kernels=phase, impulses=float(numbers[0]), modes=names, parameters=other, work=work,
+            dead=dead if spare or any(dead) else None,
+        )  # fmt: skip
+        return segment
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:
@@ -269,16 +285,21 @@ class Logged(Sequence[Segment]):
     def __len__(self) -> int:
         return len(self.history.phases)
 
+    @cached_property
+    def heads(self) -> Any:
+        """First row of the path, number of rows, status and rejected steps of every phase."""
+        return self.history.marks[self.history.phases + np.arange(3, 7)[:, None]]
+
     def of_each(self, name: str) -> list[Any]:
         """Return what the path of every phase has by a name."""
-        marks = [marks for marks, _, _ in self.history.phases]
         if name == "crossings":
-            return [crossings for _, _, crossings in self.history.phases]
-        if name == "start":
-            return self.history.times[[first for first, *_ in marks]].tolist()
-        if name == "end":
-            return self.history.times[[first + rows - 1 for first, rows, *_ in marks]].tolist()
-        return [rows - 1 if name == "steps" else rejected for _, rows, _, rejected, *_ in marks]
+            return self.history.crossings
+        first, rows, _, rejected = self.heads
+        found = {
+            "start": self.history.times[first], "end": self.history.times[first + rows - 1], "steps": rows - 1,
+            "rejected": rejected,
+        }  # fmt: skip
+        return found[name].tolist()
 
     def __getitem__(self, k: Any) -> Any:
         if isinstance(k, slice):
@@ -354,45 +375,3 @@ def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
     return passed_by_impulse(
         work.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), hit.t
     )
-
-
-def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapshot) -> Any:
-    """Return the mask of indeterminate contact forces: forces in combinations without effect on the motion.
-
-    ``dead`` says which contacts the others hold in place: their forces have none.
-    """
-    rows: list[list[int]] = []
-    columns, signs, normal = [], {"slip+": 1.0, "slip-": -1.0}, -1
-    for k, mode in enumerate(phase.modes):
-        if mode == KINDS[laws.OPEN] and not dead[k]:
-            continue
-        at, n = work.scene.first[k], work.scene.tangents[k]
-        held = work.scene.held[k]
-        if work.scene.presser[k] < 0:  # resistance to rolling and spinning follows its contact
-            normal = -1 if held else len(rows)
-        if not held:  # else the normal force is given
-            rows.append([at])
-            columns.append(seen.responses[at])
-        if mode == KINDS[laws.STICK] or (dead[k] and n == 1):
-            for i in range(at + 1, at + 1 + n):
-                rows.append([i])
-                columns.append(seen.responses[i])
-        elif normal >= 0 and mode != KINDS[laws.OPEN] and n > 0 and not work.smooth(seen, k):
-            v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
-            speed = float(np.linalg.norm(v))
-            if speed > 0:
-                rows[normal] = [*rows[normal], *range(at + 1, at + 1 + n)]
-                columns[normal] = (
-                    columns[normal] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
-                )
-    mask = np.zeros(work.scene.rows, dtype=bool)
-    if not rows:
-        return mask
-    F = np.array(columns)
-    F = F / np.linalg.norm(F, axis=1, keepdims=True)
-    left, sizes, _ = np.linalg.svd(F)
-    rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
-    for i, group in enumerate(rows):
-        if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
-            mask[group] = True
-    return mask

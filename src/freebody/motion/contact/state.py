@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class ContactRun:
         self.kernels, self.values, self.model = kernels, values, kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
-        self.ratios = stretch_numbers(self.model, values)
+        self._begun = values
         self.names = [c.name for c in self.model.contacts]
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True
@@ -124,6 +125,11 @@ class ContactRun:
         self.values, self.parameters = values, self.kernels.parameters(values)
         self.memory.set_parameters(self.parameters)
         self.changes.append((self.it.phases, self.parameters))
+
+    @cached_property
+    def ratios(self) -> Array:
+        """Ratios of the friction along the second tangents, at the values of the start (`candidates.stretches`)."""
+        return stretch_numbers(self.model, self._begun)
 
     def parameters_of(self, phase: int) -> Array | None:
         """Return the parameters of a phase by its number, if they change during the run."""

@@ -7,12 +7,14 @@ from typing import Any
 from ...native.loop import Function, made, sibling
 
 _MODULES = tuple(
-    sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "jumps", "moment", "setting")
+    sibling(__name__, name)
+    for name in ("event_loop", "decision", "impulses", "jumps", "log", "moment", "setting")
 )
 _CALLED = (
     "go_on",
     "break_off",
     "log_crossing",
+    "find_phases",
     "strike",
     "rub",
     "forget_signs",
@@ -34,10 +36,10 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, impulses, jumps, moment, setting
+    from . import decision, event_loop, impulses, jumps, log, moment, setting
 
     return {
         name: f
-        for module in (moment, jumps, impulses, decision, setting, event_loop)
+        for module in (log, moment, jumps, impulses, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

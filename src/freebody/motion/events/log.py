@@ -6,7 +6,7 @@ numbers    of the entries, one after another
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, inlined
+from ...native.instructions import Integers, Reals, compiled, inlined
 from ..phase.laws import LIMIT, STICK
 from . import event_run
 from .event_run import EventRun
@@ -93,6 +93,18 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
         mark(it, it.active[i])
     end(it, at)
     it.phases += 1
+
+
+@compiled
+def find_phases(it: EventRun, places: Integers) -> int:
+    """Set ``places`` to the places of the entries of phases; return their number."""
+    at, count = 0, 0
+    while at < it.marked:
+        if it.marks[at] == event_run.PHASE:
+            places[count] = at
+            count += 1
+        at += it.marks[at + 1]
+    return count
 
 
 @compiled

@@ -36,6 +36,7 @@ from .contact_outputs import (
     moved,
     product,
     rates_of,
+    row_added,
     row_taken,
     static_friction_of,
 )
@@ -51,17 +52,18 @@ def positive(mu: float) -> float:
 
 
 @compiled
-def friction_along(phase: PhaseData, k: int, slip: int, j: int) -> float:
-    """Return the friction of a slip along tangent j, per unit of normal force: -μ d_j, at rest -μ_s d_j."""
-    mu = positive(friction(phase, k))
-    if slip == laws.FIXED:
-        return -static_friction_of(phase, k) * phase.direction[k, j]
-    if slip == laws.PLUS:
-        return -mu
-    if slip == laws.MINUS:
-        return mu
-    v = rates_of(phase, k)
-    return -mu * v[1 + j] / root(v[1] * v[1] + v[2] * v[2])
+def set_share(phase: PhaseData, k: int, slip: int) -> None:
+    """Set the friction of a slip along each tangent, per unit of normal force: -μ d_j, at rest -μ_s d_j."""
+    share, mu = phase.share[k], positive(friction(phase, k))
+    if slip == laws.ALONG:
+        v = rates_of(phase, k)
+        ratio = -mu / root(v[1] * v[1] + v[2] * v[2])
+        share[0], share[1] = ratio * v[1], ratio * v[2]
+    elif slip == laws.FIXED:
+        for j in range(2):
+            share[j] = -static_friction_of(phase, k) * phase.direction[k, j]
+    else:
+        share[0] = -mu if slip == laws.PLUS else mu
 
 
 # --- conditions ----------------------------------------------------------------------------------
@@ -103,12 +105,14 @@ def rows_made(phase: PhaseData) -> None:
 def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
     """Add the friction of a slip, or the moments that resist rolling or spinning, per unit of normal force to K."""
     spare = phase.spare
+    set_share(phase, k, slip)
+    for p in range(phase.n):
+        spare[p] = 0.0
     for j in range(phase.tangents[k]):
-        row_taken(phase, phase.first[k] + 1 + j, spare)
-        forwarded(phase, spare)
-        share = friction_along(phase, k, slip, j)
-        for p in range(phase.n):
-            K[p] += share * spare[p]
+        row_added(phase, phase.first[k] + 1 + j, phase.share[k, j], spare)
+    forwarded(phase, spare)
+    for p in range(phase.n):
+        K[p] += spare[p]
 
 
 @compiled
@@ -219,8 +223,9 @@ def push(phase: PhaseData, z: Reals) -> None:
             if phase.compliant[k] != 0:
                 push_along(phase, z, phase.first[k], F[0])
             if phase.pushed[k] != laws.NO_SLIP:
+                set_share(phase, k, phase.pushed[k])
                 for j in range(phase.tangents[k]):
-                    F[1 + j] = F[0] * friction_along(phase, k, phase.pushed[k], j)
+                    F[1 + j] = F[0] * phase.share[k, j]
                     push_along(phase, z, phase.first[k] + 1 + j, F[1 + j])
         elif phase.adhesive_count > 0:
             push_along(phase, z, phase.first[k], -adhesion_of(phase, k))
@@ -279,4 +284,4 @@ def rub(phase: PhaseData, k: int, slip: int, normal: float) -> None:
     if slip != laws.NO_SLIP:
         F = force_of(phase, k)
         for j in range(phase.tangents[k]):
-            F[1 + j] = normal * friction_along(phase, k, slip, j)
+            F[1 + j] = normal * phase.share[k, j]

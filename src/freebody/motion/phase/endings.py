@@ -39,13 +39,12 @@ def parts_of_forces(phase: PhaseData) -> float:
 
 @compiled
 def ending(phase: PhaseData, i: int, size: float) -> float:
-    """Return the function of an ending; ``size`` is the round-off of forces."""
+    """Return the function of an ending that may come; ``size`` is the round-off of forces."""
     k, law, sign = phase.owner[i], phase.law[i], phase.sign[i]
-    seen, v, F = phase.gaps[phase.gap_at[k] :], rates_of(phase, k), force_of(phase, k)
-    if law == laws.NEVER:
-        return 1.0
+    seen = phase.gaps[phase.gap_at[k] :]
     if law == laws.GAP:
         return seen[0] - phase.band[k]
+    v, F = rates_of(phase, k), force_of(phase, k)
     if law == laws.PRESS:  # inside, after its law would have pulled: as it presses again
         return greater(seen[0] - phase.band[k], -given_force_of(phase, k))
     if law == laws.RELEASE:
@@ -131,4 +130,4 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
         inputs_found(y, phase, size)
         phase.values(t, phase.inputs, phase.values_c, out)
     for i in range(phase.endings):
-        out[phase.expressions + i] = ending(phase, i, size)
+        out[phase.expressions + i] = 1.0 if phase.law[i] == laws.NEVER else ending(phase, i, size)

@@ -64,6 +64,7 @@ class PhaseData(Record):
     ``pressure``                of each contact: that load, else 0;  ``unloaded``: ``free`` without friction under it
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
+    ``share``                   friction of a slip along each tangent, per unit of normal force
     ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
                                 place of their values in ``touch``
     ``columns``                 place in the order of elimination of each entry
@@ -164,6 +165,7 @@ class PhaseData(Record):
     unloaded: Annotated[Row, "n"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]
+    share: Annotated[Rows, "contacts", 2]
     entry: Annotated[Wholes, "rows"]
     entries: Annotated[Wholes, "rows"]
     W_at: Annotated[Wholes, "rows"]

@@ -18,7 +18,7 @@ from __future__ import annotations
 from ...native.instructions import Reals, call, compiled, root
 from . import laws
 from .bearings import solve
-from .closed_contacts import force_row, friction_along, independent
+from .closed_contacts import force_row, independent
 from .contact_outputs import force_of, forwarded, friction, moved, open_touched, product, rates_of, row_taken
 from .phase_kernels import rates
 from .phase_record import PhaseData
@@ -98,9 +98,7 @@ def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
             )
             it.force[at] = change
             for j in range(phase.tangents[k] if slip != laws.NO_SLIP else 0):
-                it.force[at + 1 + j] = change * friction_along(phase, k, slip, j) + N * turned(
-                    it, phase, k, slip, j
-                )
+                it.force[at + 1 + j] = change * phase.share[k, j] + N * turned(it, phase, k, slip, j)
             for j in range(1 + phase.tangents[k]):
                 row_taken(phase, at + j, spare)
                 for p in range(it.n):
@@ -141,9 +139,9 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         if phase.slip[i] != laws.NO_SLIP:
             N = force_of(phase, k)[0]
             for j in range(phase.tangents[k]):
-                it.force[phase.first[k] + 1 + j] = x * friction_along(
-                    phase, k, phase.slip[i], j
-                ) + N * turned(it, phase, k, phase.slip[i], j)
+                it.force[phase.first[k] + 1 + j] = x * phase.share[k, j] + N * turned(
+                    it, phase, k, phase.slip[i], j
+                )
     moved(phase, z, it.udot)
 
 
