@@ -19,6 +19,9 @@ from .angles import sine_and_cosine
 from .element import Polynomial
 from .roots import absolute, divide, is_positive, monomial_of, square_root
 
+UNKNOWN = sympy.Dummy("z", real=True)
+"""The unknown of the functions whose roots are generators."""
+
 _ODD = ("asin", "atan", "sign")
 
 
@@ -66,6 +69,11 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
     """∂g/∂atom of a derived generator."""
     d = [ring.derivative(a, atom) for a in g.arguments]
     itself = ring.variable(g.index)
+    if g.root is not None:  # f(x, a) = 0:  x' = -(∂f/∂a)/(∂f/∂x)
+        from .substitute import Substitution  # which needs rings
+
+        at_root = Substitution(ring, ring, {UNKNOWN: itself})
+        return divide(ring, -at_root(ring.derivative(g.root.function, atom)), g.root.slope_there)
     if g.kind == "inverse":  # (1/p)' = -p'/p²
         return -itself * itself * d[0]
     if g.kind == "sqrt":  # (√P)' = P'/(2√P) = P'√P/(2P)

@@ -7,30 +7,50 @@ from typing import Any
 import sympy
 
 from ...errors import ExpressionError, ModelError, shown
-from ...scalar.algebra import IDENTITY, Expression, Scalar, Vector, add, apply, cross, divide, subtract
+from ...scalar.algebra import IDENTITY, Expression, Scalar, Vector, add, apply, cross, divide, scale, subtract
 from ...scalar.expression import exact
 from ...scalar.parser import parse
 from ..constants import is_number
 from ..description import names_of, varying
 from ..frame import Frame, place_in
-from .shape import ContactShape, Nearest
+from .point import Spot
+from .shape import ContactShape, Law, Nearest
 
 LINE = sympy.Symbol("x", real=True)
 """Position along a line, a name of the body and not of the system."""
 
 
-def on_line(at: Any, point: Any, line: Any) -> Nearest:
-    """Return the nearest points of a point and a line y = f(x), with the foot below the point:
+def on_line(at: Any, feature: Any, line: Any) -> Nearest:
+    """Return the nearest points of a round shape of radius R and a line y = f(x), with the foot (p, f(p)):
 
-    n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²). Near contact g is the distance to first order.
+        n = (-f', 1, 0)/w,   w = sqrt(1 + f'²)  at p,      p - R f'/w = x,      g = (y - f - R/w)/w
+
+    for the centre C = (x, y, z): the shape, moved along y, would touch the line at p, and below a point p = x. The left
+    side grows with p where the line curves less than the circle, R f''/w³ < 1. Near contact g is the distance to
+    first order.
     """
-    P = point.middle(at)
+    C, R = feature.middle(at), feature.size(at)
     O = at.place(line.body, line.at)  # noqa: E741
-    x, y, z = at.within(line.body, subtract(P, O))
-    f, slope = (at.of(e, {line.variable: x}) for e in (line.height, line.slope))
+    x, y, z = at.within(line.body, subtract(C, O))
+
+    def of(expression: Any, p: Any) -> Any:
+        return at.of(expression, {line.variable: p})
+
+    def excess(p: Any) -> Any:
+        slope = of(line.slope, p)
+        return p - divide(R * slope, at.field.sqrt(1 + slope * slope)) - x
+
+    def rate(p: Any) -> Any:
+        slope = of(line.slope, p)
+        square = 1 + slope * slope
+        return 1 - divide(R * of(line.bend, p), square * at.field.sqrt(square))
+
+    p = x if isinstance(feature, Spot) else at.field.root(excess, rate, x, R, f"x_{at.name}")
+    f, slope = of(line.height, p), of(line.slope, p)
     root = at.field.sqrt(1 + slope * slope)
     n = at.outward(line.body, (divide(-slope, root), divide(1, root), 0))
-    return Nearest(P, add(O, at.outward(line.body, (x, f, z))), n, divide(y - f, root))
+    gap = divide(y - f - divide(R, root), root)
+    return Nearest(subtract(C, scale(R, n)), add(O, at.outward(line.body, (p, f, z))), n, gap)
 
 
 class Heightline(ContactShape, kind="heightline"):
@@ -40,16 +60,21 @@ class Heightline(ContactShape, kind="heightline"):
     variable: Any
     height: Scalar
     slope: Scalar
+    bend: Scalar
 
     door = True
     words = {"height": "text", "at": "vector"}
     required = ("height",)
-    look, in_families = "profile", False
-    touched_by = {"point": on_line}
+    look, in_families, extruded = "profile", False, True
 
     def lies_across(self, R: Any, k: Vector) -> bool:
         """Return True if its z is parallel to k."""
         return all(exact(x) == 0 for x in cross(apply(R, IDENTITY[2]), k))
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return the law of round shapes and points."""
+        return on_line if feature.round else None
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:
@@ -105,4 +130,5 @@ def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline
         )
     if not expression.has(x):
         raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
-    return Heightline(body, place_in(body, at, what), x, exact(expression), exact(expression.diff(x)))
+    derivatives = (exact(expression), exact(expression.diff(x)), exact(expression.diff(x, 2)))
+    return Heightline(body, place_in(body, at, what), x, *derivatives)
