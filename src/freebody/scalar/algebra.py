@@ -83,24 +83,38 @@ class Field(ABC):
         self,
         function: Callable[[Scalar], Scalar],
         slope: Callable[[Scalar], Scalar],
-        middle: Scalar,
-        radius: Scalar,
+        ends: tuple[Scalar, Scalar],
         name: str,
+        certain: bool = True,
     ) -> Scalar:
-        """The root of an increasing function between ``middle`` - ``radius`` and ``middle`` + ``radius``.
+        """The root of a function that increases from one end to the other, or where it has none, the end nearest to it.
 
-        In formulas it is a symbol of this name.
+        Bisections bring it within 1e-6 of the range, Newton's method to round-off. Each of its steps doubles the order
+        up to which derivatives are exact, in series and in what is made of a tape.
 
-        Twenty bisections bring it within 1e-6 of the radius, five steps of Newton's method to round-off. These also
-        give its derivatives: each doubles the order up to which they are exact, in series and in what is made of a tape.
+        Parameters
+        ----------
+        function, slope : callable
+            The function and its derivative.
+        ends : tuple of scalars
+        name : str
+            Name of its symbol in formulas.
+        certain : bool
+            True if there is a root between the ends.
         """
-        x = middle
+        x, radius = HALF * (ends[0] + ends[1]), HALF * (ends[1] - ends[0])
         for _ in range(BISECTIONS):
             radius = HALF * radius
             x = x - self.apply("sign", function(x)) * radius
+        inside = 1 if certain else self.changes_sign(function, ends)
         for _ in range(NEWTON):
-            x = x - divide(function(x), slope(x))
+            x = x - inside * divide(function(x), slope(x))
         return x
+
+    def changes_sign(self, function: Callable[[Scalar], Scalar], ends: tuple[Scalar, Scalar]) -> Scalar:
+        """1 if an increasing function has a root between two ends, or at one of them; else 0."""
+        low, high = (self.apply("sign", function(end)) for end in ends)
+        return (1 - HALF * low * (low + 1)) * (1 - HALF * high * (high - 1))
 
 
 BISECTIONS, NEWTON = 20, 5

@@ -53,15 +53,20 @@ class DualField(Field):
         self,
         function: Callable[[Scalar], Scalar],
         slope: Callable[[Scalar], Scalar],
-        middle: Scalar,
-        radius: Scalar,
+        ends: tuple[Scalar, Scalar],
         name: str,
+        certain: bool = True,
     ) -> Scalar:
         """The root of the values, with the derivatives -∂f/f'."""
         x = self.base.root(
-            lambda x: _value(function(x)), lambda x: _value(slope(x)), _value(middle), _value(radius), name
+            lambda x: _value(function(x)),
+            lambda x: _value(slope(x)),
+            (_value(ends[0]), _value(ends[1])),
+            name,
+            certain,
         )
-        change = divide(function(x), _value(slope(x)))
+        inside = 1 if certain else self.changes_sign(function, ends)
+        change = inside * divide(function(x), _value(slope(x)))
         return self.dual(x, {i: -d for i, d in change.slopes.items()}) if type(change) is Dual else x
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:

@@ -65,15 +65,18 @@ def apply(ring: Any, name: str, arguments: list[Polynomial]) -> Any:
     return _opaque(ring, name, arguments)
 
 
+def derivative_of_root(ring: Any, g: Any, atom: Any) -> Any:
+    """∂x/∂atom = -(∂f/∂atom)/f' of a generator that is the root x of f(x, atoms)."""
+    from .substitute import Substitution  # which needs rings
+
+    at_root = Substitution(ring, ring, {UNKNOWN: ring.variable(g.index)})
+    return divide(ring, -at_root(ring.derivative(g.root.function, atom)), g.root.slope_there)
+
+
 def derivative(ring: Any, g: Any, atom: Any) -> Any:
     """∂g/∂atom of a derived generator."""
     d = [ring.derivative(a, atom) for a in g.arguments]
     itself = ring.variable(g.index)
-    if g.root is not None:  # f(x, a) = 0:  x' = -(∂f/∂a)/(∂f/∂x)
-        from .substitute import Substitution  # which needs rings
-
-        at_root = Substitution(ring, ring, {UNKNOWN: itself})
-        return divide(ring, -at_root(ring.derivative(g.root.function, atom)), g.root.slope_there)
     if g.kind == "inverse":  # (1/p)' = -p'/p²
         return -itself * itself * d[0]
     if g.kind == "sqrt":  # (√P)' = P'/(2√P) = P'√P/(2P)

@@ -71,12 +71,12 @@ class Generator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Root:
-    """What a root solves: ``function`` of the unknown of the ring, its ``slope``, bounds, and both at the root."""
+    """What a root solves: ``function`` of the unknown of the ring, its ``slope``, and both at the root."""
 
     function: Any
     slope: Any
-    middle: Any
-    radius: Any
+    ends: tuple[Any, Any]
+    certain: bool
     residual: Any
     slope_there: Any
 
@@ -287,9 +287,9 @@ class Ring(Field):
         self,
         function: Callable[[Scalar], Scalar],
         slope: Callable[[Scalar], Scalar],
-        middle: Scalar,
-        radius: Scalar,
+        ends: tuple[Scalar, Scalar],
         name: str,
+        certain: bool = True,
     ) -> Scalar:
         """A generator of this name; its function says which root it is, of an unknown z of the ring."""
         z = self.generator(functions.UNKNOWN, "constant")
@@ -304,7 +304,7 @@ class Ring(Field):
             self._index[atom] = g.index
             g.rank = _UNDECLARED + g.index
             x = self.variable(g.index)
-            g.root = Root(equation, self.coerce(slope(z)), middle, radius, function(x), slope(x))
+            g.root = Root(equation, self.coerce(slope(z)), ends, certain, function(x), slope(x))
         return self.variable(g.index)
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
@@ -417,7 +417,8 @@ class Ring(Field):
         if g.index == index:
             return 1
         if index not in g.derivatives:
-            g.derivatives[index] = functions.derivative(self, g, self.generators[index].atom)
+            rule = functions.derivative if g.root is None else functions.derivative_of_root
+            g.derivatives[index] = rule(self, g, self.generators[index].atom)
         return g.derivatives[index]
 
     # ---------------------------------------------------------------- SymPy

@@ -44,20 +44,21 @@ class SeriesField(Field):
         self,
         function: Callable[[Scalar], Scalar],
         slope: Callable[[Scalar], Scalar],
-        middle: Scalar,
-        radius: Scalar,
+        ends: tuple[Scalar, Scalar],
         name: str,
+        certain: bool = True,
     ) -> Scalar:
         """The root of the constant terms, then steps of Newton's method, each of which doubles the order."""
         x = self.base.root(
             lambda x: self._first(function(x)),
             lambda x: self._first(slope(x)),
-            self._first(middle),
-            self._first(radius),
+            (self._first(ends[0]), self._first(ends[1])),
             name,
+            certain,
         )
+        inside = 1 if certain else self.changes_sign(function, ends)
         for _ in range(self.order.bit_length()):
-            change = function(x) / slope(x)
+            change = inside * divide(function(x), slope(x))
             if self._contains(change):
                 x = x - self.series((0, *change.c[1:]))
         return x

@@ -100,8 +100,8 @@ class Substitution:
             return lambda z: Substitution(self.ring, self.field, {**self.values, UNKNOWN: z})(x)
 
         root = g.root
-        middle, radius = self(root.middle), self(root.radius)
-        return self.field.root(of(root.function), of(root.slope), middle, radius, g.atom.name)
+        ends = self(root.ends[0]), self(root.ends[1])
+        return self.field.root(of(root.function), of(root.slope), ends, g.atom.name, root.certain)
 
     def _touches(self, g: Any) -> bool:
         """True if the substitution changes a derived generator."""

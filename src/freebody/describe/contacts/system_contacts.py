@@ -160,7 +160,7 @@ def compliant(
             f"{what.capitalize()} has a normal force and a restitution. A compliant contact rebounds by its own law: "
             f'leave restitution= out, and let the force depend on `rate`, as "k*depth**1.5*(1 + c*rate)" does.'
         )
-    ended = next((shape for shape in shapes if type(shape).ends is not ContactShape.ends), None)
+    ended = next((shape for shape in shapes if shape.ended), None)
     if ended is not None:
         raise ModelError(
             f"Expected shapes without ends for {what}, which has a normal force, got a {ended.kind}: where its side "

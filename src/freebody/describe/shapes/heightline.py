@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
 
 from ...errors import ExpressionError, ModelError, shown
-from ...scalar.algebra import IDENTITY, Expression, Scalar, Vector, add, apply, cross, divide, scale, subtract
+from ...scalar.algebra import (
+    IDENTITY,
+    Expression,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    cross,
+    divide,
+    scale,
+    subtract,
+)
 from ...scalar.expression import exact
 from ...scalar.parser import parse
-from ..constants import is_number
+from ..constants import constant, default_value, is_number
 from ..description import names_of, varying
 from ..frame import Frame, place_in
 from .point import Spot
+from .segment import End
 from .shape import ContactShape, Law, Nearest
 
 LINE = sympy.Symbol("x", real=True)
@@ -45,12 +58,16 @@ def on_line(at: Any, feature: Any, line: Any) -> Nearest:
         square = 1 + slope * slope
         return 1 - divide(R * of(line.bend, p), square * at.field.sqrt(square))
 
-    p = x if isinstance(feature, Spot) else at.field.root(excess, rate, x, R, f"x_{at.name}")
+    low, high = map(at, line.between) if line.between else (x - R, x + R)
+    reach = (-excess(low), excess(high)) if line.between else ()
+    p = x
+    if not isinstance(feature, Spot):
+        p = at.field.root(excess, rate, (low, high), f"x_{at.name}", not line.between)
     f, slope = of(line.height, p), of(line.slope, p)
     root = at.field.sqrt(1 + slope * slope)
     n = at.outward(line.body, (divide(-slope, root), divide(1, root), 0))
     gap = divide(y - f - divide(R, root), root)
-    return Nearest(subtract(C, scale(R, n)), add(O, at.outward(line.body, (p, f, z))), n, gap)
+    return Nearest(subtract(C, scale(R, n)), add(O, at.outward(line.body, (p, f, z))), n, gap, reach)
 
 
 class Heightline(ContactShape, kind="heightline"):
@@ -61,11 +78,29 @@ class Heightline(ContactShape, kind="heightline"):
     height: Scalar
     slope: Scalar
     bend: Scalar
+    bend_rate: Scalar
+    between: tuple[Scalar, ...] = ()
 
     door = True
-    words = {"height": "text", "at": "vector"}
+    words = {"height": "text", "at": "vector", "between": "edges"}
     required = ("height",)
     look, in_families, extruded = "profile", False, True
+
+    @property
+    def ended(self) -> bool:
+        """True if the line has ends."""
+        return bool(self.between)
+
+    def ends(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the ends of the line for round shapes with a size."""
+        if not other.round or not hasattr(other, "radius"):
+            return ()
+        heights = [sympy.sympify(self.height).subs(self.variable, x) for x in self.between]
+        x, y, z = self.at
+        return [
+            End(self.body, (exact(x + a), exact(y + f), z))
+            for a, f in zip(self.between, heights, strict=True)
+        ]
 
     def lies_across(self, R: Any, k: Vector) -> bool:
         """Return True if its z is parallel to k."""
@@ -82,8 +117,13 @@ class Heightline(ContactShape, kind="heightline"):
         return heightline(body, **data)
 
 
-def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline:
+def heightline(
+    body: Frame, height: Expression, *, at: Any = None, between: Sequence[Expression] = ()
+) -> Heightline:
     """Return a line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+
+    A round shape must curve more than the line does, everywhere: it then touches at one place, which is proven before
+    a motion starts. In a dip where it touches in two places give it two lines, one for each flank.
 
     Parameters
     ----------
@@ -91,6 +131,8 @@ def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline
         Its first derivative must exist wherever it is touched.
     at : Point of the body or three components, optional
         The point x = 0, y = 0; by default the body's origin.
+    between : two expressions of parameters, optional
+        The x of the ends of the line [m]; by default it has none. Round shapes roll over the ends.
 
     Raises
     ------
@@ -130,5 +172,18 @@ def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline
         )
     if not expression.has(x):
         raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
-    derivatives = (exact(expression), exact(expression.diff(x)), exact(expression.diff(x, 2)))
-    return Heightline(body, place_in(body, at, what), x, *derivatives)
+    derivatives = (exact(expression.diff(x, k)) for k in range(4))
+    return Heightline(body, place_in(body, at, what), x, *derivatives, _ends(body, between, what))
+
+
+def _ends(body: Frame, between: Any, what: str) -> tuple[Scalar, ...]:
+    """Return the x of two ends, or none."""
+    if isinstance(between, str) or not isinstance(between, Sequence) or len(between) not in (0, 2):
+        raise ModelError(f"Expected between=(start, end) for {what}, got {shown(between)}.")
+    ends = tuple(constant(body.system, x, f"the ends of {what}") for x in between)
+    values = [default_value(body.system, x) for x in ends]
+    if None not in values and ends and values[0] >= values[1]:
+        raise ModelError(
+            f"Expected a start before the end of {what}, got between=({values[0]:g}, {values[1]:g})."
+        )
+    return ends
