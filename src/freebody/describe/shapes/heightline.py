@@ -87,6 +87,12 @@ class Heightline(ContactShape, kind="heightline"):
     look, in_families, extruded = "profile", False, True
 
     @property
+    def kinks(self) -> bool:
+        """True if its slope jumps."""
+        derivatives = (sympy.sympify(e) for e in (self.slope, self.bend))
+        return any(e.has(sympy.DiracDelta, sympy.Heaviside) for e in derivatives)
+
+    @property
     def ended(self) -> bool:
         """True if the line has ends."""
         return bool(self.between)
@@ -172,8 +178,9 @@ def heightline(
         )
     if not expression.has(x):
         raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
-    derivatives = (exact(expression.diff(x, k)) for k in range(4))
-    return Heightline(body, place_in(body, at, what), x, *derivatives, _ends(body, between, what))
+    f, slope, bend, bend_rate = (exact(expression.diff(x, k)) for k in range(4))
+    place, ends = place_in(body, at, what), _ends(body, between, what)
+    return Heightline(body, place, x, f, slope, bend, bend_rate, ends)
 
 
 def _ends(body: Frame, between: Any, what: str) -> tuple[Scalar, ...]:
@@ -181,8 +188,8 @@ def _ends(body: Frame, between: Any, what: str) -> tuple[Scalar, ...]:
     if isinstance(between, str) or not isinstance(between, Sequence) or len(between) not in (0, 2):
         raise ModelError(f"Expected between=(start, end) for {what}, got {shown(between)}.")
     ends = tuple(constant(body.system, x, f"the ends of {what}") for x in between)
-    values = [default_value(body.system, x) for x in ends]
-    if None not in values and ends and values[0] >= values[1]:
+    values = [value for x in ends if (value := default_value(body.system, x)) is not None]
+    if len(values) == 2 and values[0] >= values[1]:
         raise ModelError(
             f"Expected a start before the end of {what}, got between=({values[0]:g}, {values[1]:g})."
         )

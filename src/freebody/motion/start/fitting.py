@@ -19,7 +19,7 @@ from ...model.contact import Contact
 from ...model.model import Model
 from ...scalar.algebra import BISECTIONS
 from ...scalar.expression import evaluate
-from .intervals import Array, Interval, intervals
+from .intervals import Array, Interval, interval, intervals
 
 FAR = 60
 """A line without ends is looked at up to 2**60 radii from its origin, where positions in doubles are coarse."""
@@ -48,59 +48,67 @@ def _pairs(contacts: Iterable[Contact]) -> Iterable[tuple[Contact, Any, Heightli
 
 
 def _check(contact: Contact, shape: Any, line: Heightline, state: State) -> None:
+    """Raise SimulationError unless the ranges between the ends are proven, each as it is or in parts."""
     R = float(state(shape.radius))
-
-    def bent(x: Interval) -> tuple[Interval, Interval]:
-        """Return the bounds of R κ and R dκ/dx."""
-        names = {**state.values, line.variable: x}
-        memo: dict[Any, Any] = dict(names)
-        slope, bend, change = (
-            evaluate(e, names, intervals, memo) for e in (line.slope, line.bend, line.bend_rate)
-        )
-        square = 1 + slope * slope
-        cube = square * intervals.apply("sqrt", square)
-        return R * bend / cube, R * (change / cube - 3 * slope * bend * bend / (cube * square))
-
-    ends = R * 2.0 ** np.arange(-4, FAR)
-    ends = np.concatenate([-ends[::-1], [0.0], ends])
-    if line.between:
-        ends = np.linspace(*(float(state(x)) for x in line.between), 17)
+    what = f"The {shape.kind} of contact '{contact.name}' has the radius {R:.6g} m"
+    ends = _ends(contact, line, R, state)
     low, high = ends[:-1], ends[1:]
     with np.errstate(all="ignore"):
         for _ in range(HALVINGS):
-            curvature, change = bent(Interval(low, high))
+            curvature, change = _bent(line, R, state, Interval(low, high))
             most = np.maximum(np.abs(change.low), np.abs(change.high))
-            open_ = ~(R * most < (1 - curvature.high) * 2.0**BISECTIONS)
-            if not open_.any():
+            unproven = ~(R * most < (1 - curvature.high) * 2.0**BISECTIONS)
+            if not unproven.any():
                 return
-            low, high = low[open_], high[open_]
+            low, high = low[unproven], high[unproven]
             middle = (low + high) / 2
-            at, _ = bent(Interval(middle, middle))
-            if (at.low >= 1).any():
-                raise _too_large(
-                    contact, shape, line, R, middle[at.low >= 1], lambda x: bent(Interval(x, x))[0].low
+            x = middle[int(np.argmin(np.abs(middle)))]
+            larger = middle[_at(line, R, state, middle) >= 1]
+            if larger.size:
+                x = larger[int(np.argmin(np.abs(larger)))]
+                near = np.clip(x + R * np.linspace(-1, 1, 4001), ends[0], ends[-1])
+                bends = _at(line, R, state, near)
+                worst = int(np.argmax(bends))
+                raise SimulationError(
+                    f"{what} and does not fit into the heightline {line.height}, whose radius of curvature is "
+                    f"{R / bends[worst]:.6g} m at x = {near[worst]:.6g} m: they would touch in two places. {CURE}"
                 )
             if len(low) > MOST:
                 break
             low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-    nearest = middle[int(np.argmin(np.abs(middle)))]
     raise SimulationError(
-        f"The {shape.kind} of contact '{contact.name}' has the radius {R:.6g} m, and the heightline {line.height} may "
-        f"curve as much, or change its curvature at once, near x = {nearest:.6g} m, so that they may touch in two "
-        f"places. {CURE}"
+        f"{what}, and the heightline {line.height} may curve as much, or change its curvature at once, near "
+        f"x = {x:.6g} m, so that they may touch in two places. {CURE}"
     )
 
 
-def _too_large(
-    contact: Contact, shape: Any, line: Heightline, R: float, found: Array, bend: Any
-) -> SimulationError:
-    """Return the error for a line that curves more than the circle, with the place nearest to its origin."""
-    x = found[int(np.argmin(np.abs(found)))]
-    near = x + R * np.linspace(-1, 1, 4001)
-    worst = near[int(np.nanargmax(bend(near)))]
-    radius = R / float(np.max(bend(np.array([worst]))))
-    return SimulationError(
-        f"The {shape.kind} of contact '{contact.name}' has the radius {R:.6g} m and does not fit into the heightline "
-        f"{line.height}, whose radius of curvature is {radius:.6g} m at x = {worst:.6g} m: they would touch in two "
-        f"places. {CURE}"
+def _ends(contact: Contact, line: Heightline, R: float, state: State) -> Array:
+    """Return the ends of the first ranges."""
+    if not line.between:
+        ends = R * 2.0 ** np.arange(-4, FAR)
+        return np.concatenate([-ends[::-1], [0.0], ends])
+    start, end = (float(state(x)) for x in line.between)
+    if start >= end:
+        raise SimulationError(
+            f"The heightline {line.height} of contact '{contact.name}' must start before it ends, got "
+            f"between=({start:g}, {end:g})."
+        )
+    return np.linspace(start, end, 17)
+
+
+def _bent(line: Heightline, R: float, state: State, x: Interval) -> tuple[Interval, Interval]:
+    """Return the bounds of R κ and R dκ/dx."""
+    names: dict[Any, Any] = {**state.values, line.variable: x}
+    slope, bend, change = (
+        evaluate(e, names, intervals, names) for e in (line.slope, line.bend, line.bend_rate)
     )
+    square = 1 + slope * slope
+    cube = square * intervals.apply("sqrt", square)
+    return interval(R * bend / cube), interval(
+        R * (change / cube - 3 * slope * bend * bend / (cube * square))
+    )
+
+
+def _at(line: Heightline, R: float, state: State, x: Array) -> Array:
+    """Return R κ at some places, at least."""
+    return np.asarray(_bent(line, R, state, Interval(x, x))[0].low + 0 * x)

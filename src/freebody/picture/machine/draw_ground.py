@@ -146,8 +146,11 @@ def _profile(m: MachineDrawing, shape: Any) -> None:
 
 def heights(state: State, shape: Any, at: Array, reach: tuple[float, float]) -> Array:
     """Return points of a line of heights in the ground, whose origin is ``at``, over the range ``reach`` of X."""
-    ends = [float(state(x)) for x in shape.between] or [-math.inf, math.inf]
-    x = np.linspace(*np.clip(np.array(reach) - at[0], *ends), 81)
+    start, end = (x - at[0] for x in reach)
+    if shape.between:
+        low, high = (float(state(x)) for x in shape.between)
+        start, end = min(max(start, low), high), min(max(end, low), high)
+    x = np.linspace(start, end, 81)
     y = [float(state.with_values(shape.height, {shape.variable: value})) for value in x.tolist()]
     return np.asarray(at + np.column_stack([x, y, np.zeros(len(x))]))
 
