@@ -55,15 +55,16 @@ CONTACTS = {
         {},
         "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a box, capsule, circle, corners, ellipsoid",
     ),
-    "disk on a hill": (
-        lambda s, disk, bar: (disk.circle(1), s.ground.heightline("x^2")),
+    "an egg on a hill": (
+        lambda s, disk, bar: (disk.ellipsoid((1, 2, 3)), s.ground.heightline("x^2")),
         {},
-        "The circle and the heightline of contact 'c' are not a supported pair.",
+        "The ellipsoid and the heightline of contact 'c' are not a supported pair. An ellipsoid may touch a plane.",
     ),
-    "disk on a hill, the cure": (
-        lambda s, disk, bar: (s.ground.heightline("x^2"), disk.circle(1)),
+    "disk on a roof": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.heightline("-abs(x)")),
         {},
-        "A round shape may touch a line in two places at once: give the line points or corners",
+        "The heightline -Abs(x) of contact 'c' has kinks, where a circle may touch in two places. Divide it there, "
+        "body.heightline(..., between=(start, end)), with a contact for each part.",
     ),
     "hollow feature": (
         lambda s, disk, bar: (disk.circle(3, inside=True), bar.origin),
@@ -158,6 +159,8 @@ SHAPES = {
     "moved corners": (lambda b: b.corners((0, 0, 0), at=(1, 0, 0)), "at= displaces a box given by size=, but the corners of body 'disk' are given as points."),
     "place": (lambda b: b.sphere(1, at=(0, 1)), "Expected three components (x, y, z) for the sphere of body 'disk', got 2"),
     "other body's place": (lambda b: b.sphere(1, at=b.system.ground.origin), "Expected a point of body 'disk' for the sphere of body 'disk', got a point (0, 0, 0) of ground."),
+    "line of one end": (lambda b: b.heightline("x^2", between=(1,)), "Expected between=(start, end) for the heightline of body 'disk', got (1,)."),
+    "line of no length": (lambda b: b.heightline("x^2", between=(1, 1)), "Expected a start before the end of the heightline of body 'disk', got between=(1, 1)."),
     "level line": (lambda b: b.heightline("2*R"), "The heightline of body 'disk' does not depend on x. A level line is body.plane()."),
     "line that moves": (lambda b: b.heightline("sin(f)*x"), "The heightline of body 'disk' is fixed in its body and cannot depend on f."),
 }  # fmt: skip

@@ -455,6 +455,8 @@ def touching() -> fb.System:
     s.contact("ledge", bar.segment((-1, 0, 0), (1, 0, 0), normal="-y"), ground.point(0, 0.1, 0), friction=0.3)
     s.contact("feet", bar.corners(size=(2, R)), ground.plane(at=(0, -1, 0)))
     s.contact("hill", bar.point(1, 0, 0), ground.heightline("0.3*sin(x/R) + x^2", at=(0, -2, 0)))
+    road = ground.heightline("0.1*cos(x)", between=(-R, 2))
+    s.contact("road", disk.circle(R), road, friction=mu)
     s.contact("two", disk.sphere(R), bar.sphere(R, at=(0, 0.2, 0)))
     s.contact("egg", disk.ellipsoid((R, 0.2, 0.1), at=(0, 0.1, 0)), ground.plane(at=(0, -3, 0)))
     s.contact("oblique", disk.point(0, R, 0), bar.cylinder(R, axis=(1, R, 2)))

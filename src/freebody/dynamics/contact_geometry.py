@@ -70,7 +70,7 @@ def touch_of_shapes(model: Model, state: State, contact: Contact) -> Touch:
 
 def _touch(model: Model, state: State, contact: Contact) -> Touch:
     feature, surface = contact.feature, contact.surface
-    at, swapped = Geometry(model, state), contact.swapped
+    at, swapped = Geometry(model, state, contact.name), contact.swapped
     first, second = (surface, feature) if swapped else (feature, surface)
     known = law(first, second)
     assert known is not None, contact
@@ -113,8 +113,8 @@ def pressing(state: State, values: Mapping[Any, Scalar]) -> dict[Any, Scalar]:
 class Geometry:
     """The machine at a state, as the shapes of :mod:`freebody.describe.shapes` ask for it."""
 
-    def __init__(self, model: Model, state: State) -> None:
-        self.model, self.state, self.field = model, state, state.field
+    def __init__(self, model: Model, state: State, name: str) -> None:
+        self.model, self.state, self.field, self.name = model, state, state.field, name
 
     def __call__(self, expression: Any) -> Scalar:
         """Return the value of an expression."""

@@ -47,13 +47,33 @@ class DualField(Field):
 
     def vanishing(self, square: Scalar) -> Scalar:
         """1 where the value of a square is 0, else 0."""
-        return self.base.vanishing(square.value if type(square) is Dual else square)
+        return self.base.vanishing(_value(square))
+
+    def root(
+        self,
+        function: Callable[[Scalar], Scalar],
+        slope: Callable[[Scalar], Scalar],
+        ends: tuple[Scalar, Scalar],
+        name: str,
+        certain: bool = True,
+    ) -> Scalar:
+        """The root of the values, with the derivatives -∂f/f'."""
+        x = self.base.root(
+            lambda x: _value(function(x)),
+            lambda x: _value(slope(x)),
+            (_value(ends[0]), _value(ends[1])),
+            name,
+            certain,
+        )
+        inside = 1 if certain else self.changes_sign(function, ends)
+        change = inside * divide(function(x), _value(slope(x)))
+        return self.dual(x, {i: -d for i, d in change.slopes.items()}) if type(change) is Dual else x
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` of dual numbers and constants, by the chain rule."""
         if not any(type(x) is Dual for x in arguments):
             return self.base.apply(function, *arguments)
-        values = [x.value if type(x) is Dual else x for x in arguments]
+        values = list(map(_value, arguments))
         value = self.base.apply(function, *values)
         if len(arguments) == 1:
             return _chain(self.base, value, [(_UNARY[function](self.base, values[0], value), arguments[0])])
@@ -146,6 +166,10 @@ def value_of(x: Scalar) -> Scalar:
 def slope_of(x: Scalar, index: int) -> Scalar:
     """Derivative by the variable of an index."""
     return x.slopes.get(index, 0) if type(x) is Dual else 0
+
+
+def _value(x: Scalar) -> Scalar:
+    return x.value if type(x) is Dual else x
 
 
 def _is_zero(x: Scalar) -> bool:

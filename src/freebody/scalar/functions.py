@@ -19,6 +19,9 @@ from .angles import sine_and_cosine
 from .element import Polynomial
 from .roots import absolute, divide, is_positive, monomial_of, square_root
 
+UNKNOWN = sympy.Dummy("z", real=True)
+"""The unknown of the functions whose roots are generators."""
+
 _ODD = ("asin", "atan", "sign")
 
 
@@ -60,6 +63,14 @@ def apply(ring: Any, name: str, arguments: list[Polynomial]) -> Any:
         distinct = sorted(set(arguments), key=lambda a: str(a.num))
         return distinct[0] if len(distinct) == 1 else _opaque(ring, name, distinct)
     return _opaque(ring, name, arguments)
+
+
+def derivative_of_root(ring: Any, g: Any, atom: Any) -> Any:
+    """∂x/∂atom = -(∂f/∂atom)/f' of a generator that is the root x of f(x, atoms)."""
+    from .substitute import Substitution  # which needs rings
+
+    at_root = Substitution(ring, ring, {UNKNOWN: ring.variable(g.index)})
+    return divide(ring, -at_root(ring.derivative(g.root.function, atom)), g.root.slope_there)
 
 
 def derivative(ring: Any, g: Any, atom: Any) -> Any:

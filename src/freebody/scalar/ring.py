@@ -23,7 +23,7 @@ its fractions (theta, theta/2) are printed in the form that the ring read first.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import compress
@@ -53,7 +53,7 @@ class Generator:
 
     ``kind`` is one of `ATOM_KINDS`, or for a derived generator one of ``sin, cos, sinh, cosh, inverse,
     sqrt, function``. ``arguments`` are the arguments of that function, ``depends`` the mask of the
-    atoms in them.
+    atoms in them. A ``root`` is a symbol that solves an equation.
     """
 
     index: int
@@ -66,6 +66,19 @@ class Generator:
     positive: bool = False
     rank: int = 0  # position among the atoms in printed text, by the first declaration
     derivatives: dict[int, Any] = field(default_factory=dict)
+    root: Root | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Root:
+    """What a root solves: ``function`` of the unknown of the ring, its ``slope``, and both at the root."""
+
+    function: Any
+    slope: Any
+    ends: tuple[Any, Any]
+    certain: bool
+    residual: Any
+    slope_there: Any
 
 
 class Ring(Field):
@@ -270,6 +283,30 @@ class Ring(Field):
         """0: expressions with symbols are treated as non-zero."""
         return 0
 
+    def root(
+        self,
+        function: Callable[[Scalar], Scalar],
+        slope: Callable[[Scalar], Scalar],
+        ends: tuple[Scalar, Scalar],
+        name: str,
+        certain: bool = True,
+    ) -> Scalar:
+        """A generator of this name; its function says which root it is, of an unknown z of the ring."""
+        z = self.generator(functions.UNKNOWN, "constant")
+        equation = self.coerce(function(z))
+        g = self.find(("root", equation))
+        if g is None:
+            atom = sympy.Symbol(name, real=True)
+            while atom in self._index:
+                atom = sympy.Symbol(f"{atom.name}_", real=True)
+            depends = self.depends(equation) & ~z.mask
+            g = self.new("coordinate", ("root", equation), atom=atom, depends=depends)
+            self._index[atom] = g.index
+            g.rank = _UNDECLARED + g.index
+            x = self.variable(g.index)
+            g.root = Root(equation, self.coerce(slope(z)), ends, certain, function(x), slope(x))
+        return self.variable(g.index)
+
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """A function of elements or numbers, as a canonical element."""
         if function not in FUNCTIONS:
@@ -380,7 +417,8 @@ class Ring(Field):
         if g.index == index:
             return 1
         if index not in g.derivatives:
-            g.derivatives[index] = functions.derivative(self, g, self.generators[index].atom)
+            rule = functions.derivative if g.root is None else functions.derivative_of_root
+            g.derivatives[index] = rule(self, g, self.generators[index].atom)
         return g.derivatives[index]
 
     # ---------------------------------------------------------------- SymPy

@@ -10,7 +10,7 @@ Source: Griewank & Walther, Evaluating Derivatives (2008), §13.2 (the recurrenc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -38,7 +38,34 @@ class SeriesField(Field):
 
     def vanishing(self, square: Scalar) -> Scalar:
         """1 where the constant term of a square is 0, else 0."""
-        return self.base.vanishing(square.c[0] if self._contains(square) else square)
+        return self.base.vanishing(self._first(square))
+
+    def root(
+        self,
+        function: Callable[[Scalar], Scalar],
+        slope: Callable[[Scalar], Scalar],
+        ends: tuple[Scalar, Scalar],
+        name: str,
+        certain: bool = True,
+    ) -> Scalar:
+        """The root of the constant terms, then steps of Newton's method, each of which doubles the order."""
+        x = self.base.root(
+            lambda x: self._first(function(x)),
+            lambda x: self._first(slope(x)),
+            (self._first(ends[0]), self._first(ends[1])),
+            name,
+            certain,
+        )
+        inside = 1 if certain else self.changes_sign(function, ends)
+        for _ in range(self.order.bit_length()):
+            change = inside * divide(function(x), slope(x))
+            if self._contains(change):
+                x = x - self.series((0, *change.c[1:]))
+        return x
+
+    def _first(self, x: Scalar) -> Scalar:
+        """The constant term."""
+        return x.c[0] if self._contains(x) else x
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` of series and constants, by its recurrence."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
 from .algebra import Field, Floats, Scalar, divide
 from .arrays import Arrays
 from .arrays import arrays as arrays
+from .functions import UNKNOWN
 from .polynomial import Polynomial, Ring
 
 
@@ -80,8 +81,10 @@ class Substitution:
                 return self.values[g.atom]
             if g.kind == "constant":
                 return self.field.constant(str(g.atom))
-            if self.field is self.ring:
+            if self.field is self.ring and not (g.root and self._touches(g)):
                 return self.ring.variable(index)
+            if g.root:
+                return self._root(g)
             raise KeyError(g.atom)
         if self.field is self.ring and not self._touches(g):
             return self.ring.variable(index)
@@ -89,6 +92,16 @@ class Substitution:
         if g.kind == "inverse":
             return 1 / arguments[0] if self._inexact else divide(1, arguments[0])
         return self.field.apply(g.name or g.kind, *arguments)
+
+    def _root(self, g: Any) -> Scalar:
+        """Value of the root of a function with the values of the atoms."""
+
+        def of(x: Scalar) -> Callable[[Scalar], Scalar]:
+            return lambda z: Substitution(self.ring, self.field, {**self.values, UNKNOWN: z})(x)
+
+        root = g.root
+        ends = self(root.ends[0]), self(root.ends[1])
+        return self.field.root(of(root.function), of(root.slope), ends, g.atom.name, root.certain)
 
     def _touches(self, g: Any) -> bool:
         """True if the substitution changes a derived generator."""

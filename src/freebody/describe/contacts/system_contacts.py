@@ -9,6 +9,7 @@ from ...scalar.algebra import Expression, Scalar
 from ..constants import constant, default_value, is_number
 from ..description import Description, claim
 from ..frame import Frame, Point
+from ..shapes.heightline import Heightline
 from ..shapes.point import spot
 from ..shapes.shape import ContactShape, have_law, may_touch, partners
 from .anisotropy import ellipse, is_pair, one_coefficient
@@ -160,7 +161,7 @@ def compliant(
             f"{what.capitalize()} has a normal force and a restitution. A compliant contact rebounds by its own law: "
             f'leave restitution= out, and let the force depend on `rate`, as "k*depth**1.5*(1 + c*rate)" does.'
         )
-    ended = next((shape for shape in shapes if type(shape).ends is not ContactShape.ends), None)
+    ended = next((shape for shape in shapes if shape.ended), None)
     if ended is not None:
         raise ModelError(
             f"Expected shapes without ends for {what}, which has a normal force, got a {ended.kind}: where its side "
@@ -177,15 +178,16 @@ def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: st
     a, b = feature.kind, surface.kind
     if not may_touch(type(feature), type(surface)):
         names = partners(type(feature))
-        if "heightline" in (a, b) and (feature.round or surface.round):
-            cure = (
-                " A round shape may touch a line in two places at once: give the line points or corners, a valley "
-                "that is a part of a circle as body.circle(radius, inside=True), a level road as body.plane()."
-            )
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. {_article(a)} may touch a "
             f"{', '.join(names[:-1]) + ' or ' if len(names) > 1 else ''}{names[-1] if names else 'nothing'}.{cure}"
         )
+    for line, other in ((surface, feature), (feature, surface)):
+        if isinstance(line, Heightline) and line.kinks and hasattr(other, "radius"):
+            raise ModelError(
+                f"The heightline {line.height} of {what} has kinks, where a {other.kind} may touch in two places. "
+                f"Divide it there, body.heightline(..., between=(start, end)), with a contact for each part."
+            )
     if feature.inside:
         raise ModelError(
             f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."

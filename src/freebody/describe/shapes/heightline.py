@@ -2,35 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
 
 from ...errors import ExpressionError, ModelError, shown
-from ...scalar.algebra import IDENTITY, Expression, Scalar, Vector, add, apply, cross, divide, subtract
+from ...scalar.algebra import (
+    IDENTITY,
+    Expression,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    cross,
+    divide,
+    scale,
+    subtract,
+)
 from ...scalar.expression import exact
 from ...scalar.parser import parse
-from ..constants import is_number
+from ..constants import constant, default_value, is_number
 from ..description import names_of, varying
 from ..frame import Frame, place_in
-from .shape import ContactShape, Nearest
+from .point import Spot
+from .segment import End
+from .shape import ContactShape, Law, Nearest
 
 LINE = sympy.Symbol("x", real=True)
 """Position along a line, a name of the body and not of the system."""
 
 
-def on_line(at: Any, point: Any, line: Any) -> Nearest:
-    """Return the nearest points of a point and a line y = f(x), with the foot below the point:
+def on_line(at: Any, feature: Any, line: Any) -> Nearest:
+    """Return the nearest points of a round shape of radius R and a line y = f(x), with the foot (p, f(p)):
 
-    n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²). Near contact g is the distance to first order.
+        n = (-f', 1, 0)/w,   w = sqrt(1 + f'²)  at p,      p - R f'/w = x,      g = (y - f - R/w)/w
+
+    for the centre C = (x, y, z): the shape, moved along y, would touch the line at p, and below a point p = x. The left
+    side grows with p where the line curves less than the circle, R f''/w³ < 1. Near contact g is the distance to
+    first order.
     """
-    P = point.middle(at)
+    C, R = feature.middle(at), feature.size(at)
     O = at.place(line.body, line.at)  # noqa: E741
-    x, y, z = at.within(line.body, subtract(P, O))
-    f, slope = (at.of(e, {line.variable: x}) for e in (line.height, line.slope))
+    x, y, z = at.within(line.body, subtract(C, O))
+
+    def of(expression: Any, p: Any) -> Any:
+        return at.of(expression, {line.variable: p})
+
+    def excess(p: Any) -> Any:
+        slope = of(line.slope, p)
+        return p - divide(R * slope, at.field.sqrt(1 + slope * slope)) - x
+
+    def rate(p: Any) -> Any:
+        slope = of(line.slope, p)
+        square = 1 + slope * slope
+        return 1 - divide(R * of(line.bend, p), square * at.field.sqrt(square))
+
+    low, high = map(at, line.between) if line.between else (x - R, x + R)
+    reach = (-excess(low), excess(high)) if line.between else ()
+    p = x
+    if not isinstance(feature, Spot):
+        p = at.field.root(excess, rate, (low, high), f"x_{at.name}", not line.between)
+    f, slope = of(line.height, p), of(line.slope, p)
     root = at.field.sqrt(1 + slope * slope)
     n = at.outward(line.body, (divide(-slope, root), divide(1, root), 0))
-    return Nearest(P, add(O, at.outward(line.body, (x, f, z))), n, divide(y - f, root))
+    gap = divide(y - f - divide(R, root), root)
+    return Nearest(subtract(C, scale(R, n)), add(O, at.outward(line.body, (p, f, z))), n, gap, reach)
 
 
 class Heightline(ContactShape, kind="heightline"):
@@ -40,16 +77,45 @@ class Heightline(ContactShape, kind="heightline"):
     variable: Any
     height: Scalar
     slope: Scalar
+    bend: Scalar
+    bend_rate: Scalar
+    between: tuple[Scalar, ...] = ()
 
     door = True
-    words = {"height": "text", "at": "vector"}
+    words = {"height": "text", "at": "vector", "between": "edges"}
     required = ("height",)
-    look, in_families = "profile", False
-    touched_by = {"point": on_line}
+    look, in_families, extruded = "profile", False, True
+
+    @property
+    def kinks(self) -> bool:
+        """True if its slope jumps."""
+        derivatives = (sympy.sympify(e) for e in (self.slope, self.bend))
+        return any(e.has(sympy.DiracDelta, sympy.Heaviside) for e in derivatives)
+
+    @property
+    def ended(self) -> bool:
+        """True if the line has ends."""
+        return bool(self.between)
+
+    def ends(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the ends of the line for round shapes with a size."""
+        if not other.round or not hasattr(other, "radius"):
+            return ()
+        heights = [sympy.sympify(self.height).subs(self.variable, x) for x in self.between]
+        x, y, z = self.at
+        return [
+            End(self.body, (exact(x + a), exact(y + f), z))
+            for a, f in zip(self.between, heights, strict=True)
+        ]
 
     def lies_across(self, R: Any, k: Vector) -> bool:
         """Return True if its z is parallel to k."""
         return all(exact(x) == 0 for x in cross(apply(R, IDENTITY[2]), k))
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return the law of round shapes and points."""
+        return on_line if feature.round else None
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:
@@ -57,8 +123,13 @@ class Heightline(ContactShape, kind="heightline"):
         return heightline(body, **data)
 
 
-def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline:
+def heightline(
+    body: Frame, height: Expression, *, at: Any = None, between: Sequence[Expression] = ()
+) -> Heightline:
     """Return a line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+
+    A round shape must curve more than the line does, everywhere: it then touches at one place, which is proven before
+    a motion starts. In a dip where it touches in two places give it two lines, one for each flank.
 
     Parameters
     ----------
@@ -66,6 +137,8 @@ def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline
         Its first derivative must exist wherever it is touched.
     at : Point of the body or three components, optional
         The point x = 0, y = 0; by default the body's origin.
+    between : two expressions of parameters, optional
+        The x of the ends of the line [m]; by default it has none. Round shapes roll over the ends.
 
     Raises
     ------
@@ -105,4 +178,19 @@ def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline
         )
     if not expression.has(x):
         raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
-    return Heightline(body, place_in(body, at, what), x, exact(expression), exact(expression.diff(x)))
+    f, slope, bend, bend_rate = (exact(expression.diff(x, k)) for k in range(4))
+    place, ends = place_in(body, at, what), _ends(body, between, what)
+    return Heightline(body, place, x, f, slope, bend, bend_rate, ends)
+
+
+def _ends(body: Frame, between: Any, what: str) -> tuple[Scalar, ...]:
+    """Return the x of two ends, or none."""
+    if isinstance(between, str) or not isinstance(between, Sequence) or len(between) not in (0, 2):
+        raise ModelError(f"Expected between=(start, end) for {what}, got {shown(between)}.")
+    ends = tuple(constant(body.system, x, f"the ends of {what}") for x in between)
+    values = [value for x in ends if (value := default_value(body.system, x)) is not None]
+    if len(values) == 2 and values[0] >= values[1]:
+        raise ModelError(
+            f"Expected a start before the end of {what}, got between=({values[0]:g}, {values[1]:g})."
+        )
+    return ends

@@ -137,6 +137,11 @@ class ContactShape(OfBody):
         """True if the body is around the shape."""
         return False
 
+    @property
+    def ended(self) -> bool:
+        """True if its side has ends."""
+        return type(self).ends is not ContactShape.ends
+
     # -- geometry at a state ---------------------------------------------------------------------
 
     def support(self, at: Any, direction: Vector) -> Vector:

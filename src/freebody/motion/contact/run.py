@@ -31,6 +31,7 @@ from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
+from ..start.fitting import refuse_misfits
 from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.progress import Progress
 from .state import ContactRun
@@ -40,7 +41,8 @@ FEW = 1 << 10
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
-    """Raise if bodies are inside each other in the initial state."""
+    """Raise if bodies are inside each other in the initial state, or a round shape does not fit its line of heights."""
+    refuse_misfits(work.model, work.values)
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
     rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
     gaps = zip(compress(work.names, rigid), seen.gap[rigid], strict=False)

@@ -4,6 +4,8 @@ A free joint, or slides in the ground, move what they carry without turning it. 
 to a plane are linear: with the directions A of x and the unit vector e against gravity,
 
     x = x_0 + d Aᵀe,      g_i = g_i0 + d n_i·A Aᵀe,      d = max -g_i0 / (n_i·A Aᵀe)
+
+So is the gap to a line of heights y = f(x) where e is along y.
 """
 
 from __future__ import annotations
@@ -12,15 +14,17 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...describe.frame import Point
+from ...describe.shapes.heightline import Heightline
 from ...describe.system import System
 from ...dynamics.conditions.contact import touch
-from ...dynamics.kinematics import place_of
+from ...dynamics.kinematics import place_of, point_position
 from ...dynamics.state import float_state
 from ...errors import ModelError, arguments_named
 from ...model.assemble import assemble
 from ...model.contact import Contact
 from ...model.model import GROUND, Model
-from ...scalar.algebra import Vector, dot, subtract
+from ...scalar.algebra import IDENTITY, ZERO, Vector, dot, subtract
 from .initial import named_state
 
 LEAST = 1 / 10**9
@@ -37,12 +41,12 @@ def on_floor(
     """Return initial values with which the lowest place that may touch a floor touches it.
 
     Every part of the machine that a free joint or slides hold in the ground is moved against or along gravity, until
-    its smallest gap to planes of the ground is zero. All other values stay as they are.
+    its smallest gap to planes and lines of heights of the ground is zero. All other values stay as they are.
 
     Parameters
     ----------
     s : System or Model
-        With contacts between bodies and planes of the ground.
+        With contacts between bodies and planes or heightlines of the ground.
     initial : mapping, optional
         Initial values by name, as in :func:`freebody.simulate`.
     values : mapping, optional
@@ -74,12 +78,13 @@ def on_floor(
     q = state[: model.n_q].tolist()
     up = _against_gravity(model, q, values)
     moved: dict[str, float] = {}
-    for root, contacts in _on_planes(model).items():
+    for root, contacts in _on_floors(model, up).items():
         moved |= _raised(model, q, values, contacts, _slides(model, root), up)
     if not moved:
         raise ModelError(
             f"Expected a body of '{model.name}' that a free joint or slides let move along gravity, and that may touch "
-            "a plane of the ground, got none. A robot's file: fb.read(path, base='free', contacts='floor')."
+            "a plane or a heightline of the ground, got none. A robot's file: fb.read(path, base='free', "
+            "contacts='floor')."
         )
     names = model.names.texts
     rest = {key: x for key, x in (initial or {}).items() if names.get(key, key) not in moved}
@@ -96,13 +101,15 @@ def _against_gravity(model: Model, q: Sequence[float], values: Any) -> Vector:
     return x, y, z
 
 
-def _on_planes(model: Model) -> dict[int, list[Contact]]:
-    """Return the contacts with planes of the ground, by the link in the ground that carries the other body."""
+def _on_floors(model: Model, up: Vector) -> dict[int, list[Contact]]:
+    """Return the contacts with floors of the ground, by the link in the ground that carries the other body."""
     result: dict[int, list[Contact]] = {}
     for contact in model.contacts:
         ends = (contact.feature, contact.surface)
         still = [end for end in ends if end.body.is_ground]
-        if contact.law is not None or len(still) != 1 or not still[0].endless:
+        if contact.law is not None or len(still) != 1:
+            continue
+        if not (still[0].endless or (isinstance(still[0], Heightline) and up == IDENTITY[1])):
             continue
         link, _ = place_of(model, ends[1 if ends[0] is still[0] else 0].body)
         while model.links[link].parent != GROUND:
@@ -129,18 +136,13 @@ def _raised(
     """Return the displacements, by name, with which the lowest of some contacts is closed; none if it cannot be."""
     feature = [not contact.feature.body.is_ground for contact in contacts]
 
-    def seen(places: Sequence[float], count: int) -> list[Any]:
-        state = float_state(model, places, values=values)
-        return [touch(model, state, contact) for contact in contacts[:count]]
+    body = (contacts[0].feature if feature[0] else contacts[0].surface).body
 
-    def place(one: Any, first: bool) -> Vector:
-        return one.on_feature if first else one.on_surface
+    def place(places: Sequence[float]) -> Vector:
+        return point_position(model, float_state(model, places, values=values), Point(body, ZERO))
 
-    at = seen(q, len(contacts))
-    A = []
-    for i in slides:
-        (one,) = seen([x + (k == i) for k, x in enumerate(q)], 1)
-        A.append(subtract(place(one, feature[0]), place(at[0], feature[0])))
+    at = [touch(model, float_state(model, q, values=values), contact) for contact in contacts]
+    A = [subtract(place([x + (k == i) for k, x in enumerate(q)]), place(q)) for i in slides]
     c = [dot(column, up) for column in A]
     way = [sum(x * column[k] for x, column in zip(c, A, strict=True)) for k in range(3)]
     rates = [dot(one.normal, way) * (1 if first else -1) for one, first in zip(at, feature, strict=True)]

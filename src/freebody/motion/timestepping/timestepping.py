@@ -30,6 +30,7 @@ from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
+from ..start.fitting import refuse_misfits
 from ..start.initial import number
 from ..start.overlap import refuse_overlap, sides_of
 from ..start.signals import refuse_switched
@@ -182,7 +183,8 @@ class _Run:
         return self._trajectory(End.TERMINAL if stop else status, stop)
 
     def _check_start(self, y: Array) -> None:
-        """Refuse contacts and members of families that begin inside each other."""
+        """Refuse contacts and members of families that begin inside each other, and round shapes that do not fit."""
+        refuse_misfits(self.model, self.values)
         pairs = self._gaps_of_pairs(y) if self.pairs else []
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
         gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling
 from ...dynamics.conditions.constraints import _arm
 from ...dynamics.conditions.contact import definite_touches
+from ...dynamics.state import State
 from ...scalar.element import Polynomial
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
@@ -81,6 +82,8 @@ def surfaces(m: MachineDrawing) -> None:
             _edge(m, start, end, m.view(fixed(m, shape.normal)))
         elif look in ROUND and m.view.planar:
             _wall_round(m, shape)
+        elif look == "profile" and m.view.planar and not m.view(np.eye(3)[2]).any():
+            _profile(m, shape)
         elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
             at = m.page(fixed(m, shape.components))
             if shape in names:
@@ -128,6 +131,28 @@ def _ground(m: MachineDrawing, point: Array, normal: Array) -> None:
     square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     corners = np.array([m.page(middle + size * (a * first + b * second)) for a, b in square])
     m.add([Line(corners, Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
+
+
+def _profile(m: MachineDrawing, shape: Any) -> None:
+    """Draw what is under the machine of a line of heights."""
+    x, beyond = m.extent[:, 0], 20.0 / m.scale
+    at = fixed(m, shape.at)
+    line = heights(m.now.state, shape, at, (float(x.min()) - beyond, float(x.max()) + beyond))
+    if line[0, 0] < line[-1, 0]:
+        points = np.array([m.page(point) for point in line])
+        side = 1.0 if float(m.view(np.eye(3)[0])[0]) > 0 else -1.0
+        m.add(symbols.hatched_along(points, side), class_="plane")
+
+
+def heights(state: State, shape: Any, at: Array, reach: tuple[float, float]) -> Array:
+    """Return points of a line of heights in the ground, whose origin is ``at``, over the range ``reach`` of X."""
+    start, end = (x - at[0] for x in reach)
+    if shape.between:
+        low, high = (float(state(x)) for x in shape.between)
+        start, end = min(max(start, low), high), min(max(end, low), high)
+    x = np.linspace(start, end, 81)
+    y = [float(state.with_values(shape.height, {shape.variable: value})) for value in x.tolist()]
+    return np.asarray(at + np.column_stack([x, y, np.zeros(len(x))]))
 
 
 def _wall_round(m: MachineDrawing, shape: Any) -> None:

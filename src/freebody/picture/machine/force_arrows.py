@@ -37,6 +37,7 @@ from ...scalar.algebra import (
 )
 from ...scalar.element import Polynomial, element
 from ...scalar.expression import evaluate
+from ...scalar.substitute import Substitution
 from ...symbolic.equations import Equations
 from ...symbolic.free_body.action import Action
 from ...symbolic.free_body.free_body import FreeBody
@@ -164,9 +165,16 @@ class Marks:
         if not isinstance(x, Polynomial):
             return float(x)
         try:
-            return float(evaluate(self.e.sympy(x), self._numbers, floats))
+            return float(evaluate(self.e.sympy(x), self._known, floats))
         except ZeroDivisionError:
             return 0.0
+
+    def _known(self, atom: Any) -> float:
+        """Value of a symbol; that of a root is found when it is first asked for."""
+        g = self.e.ring.find(atom)
+        if atom not in self._numbers and g is not None:
+            self._numbers[atom] = Substitution(self.e.ring, floats, self._numbers).generator(g.index)
+        return self._numbers[atom]
 
     def vector(self, v: Vector) -> Array:
         """Values of three canonical expressions."""

@@ -8,8 +8,7 @@ import numpy as np
 
 from ...dynamics.state import State
 from ...motion.trajectory.quantities import quaternions
-from ...scalar.algebra import floats
-from ...scalar.expression import evaluate
+from ..machine.draw_ground import heights
 from ..machine.shapes import ROD, Primitive, axes_along, rod
 from .keyframes import Keyframes
 
@@ -32,12 +31,7 @@ def surface_parts(
         return []
     at = np.array([float(state(x)) for x in shape.at])
     if look == "profile":
-        x = np.linspace(*reach, 81) - at[0]
-        heights = [
-            float(evaluate(shape.height, {**state.values, shape.variable: value}, floats))
-            for value in x.tolist()
-        ]
-        points = at + np.column_stack([x, heights, np.zeros(len(x))])
+        points = heights(state, shape, at, reach)
         return [rod(a, b, thin) for a, b in zip(points, points[1:], strict=False)]
     r = float(state(shape.radius))
     if look == "ball":

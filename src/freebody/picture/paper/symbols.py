@@ -21,15 +21,23 @@ THIN, FINE = Style(INK, 1.1), Style(INK, 0.7)
 
 def hatched(start: Array, end: Array, side: float = 1.0) -> list[Any]:
     """Edge of the ground from start to end, hatched on its right (on its left for side -1)."""
-    d = end - start
-    length = float(np.linalg.norm(d))
-    d = d / length
-    normal = side * np.array([d[1], -d[0]])
-    result: list[Any] = [Line(np.array([start, end]), Style(INK, 1.3))]
-    count = max(3, round(length / 6.0))
+    return hatched_along(np.array([start, end]), side)
+
+
+def hatched_along(line: Array, side: float = 1.0) -> list[Any]:
+    """Edge of the ground along a line of points, hatched on its right (on its left for side -1)."""
+    d = np.diff(line, axis=0)
+    lengths = np.linalg.norm(d, axis=1)
+    d /= lengths[:, None]
+    ends = np.cumsum(lengths)
+    result: list[Any] = [Line(line, Style(INK, 1.3))]
+    count = max(3, round(ends[-1] / 6.0))
     for k in range(count):
-        foot = start + d * (k + 0.6) * length / count
-        result.append(Line(np.array([foot, foot + 5.0 * (normal - d)]), FINE))
+        at = (k + 0.6) * ends[-1] / count
+        i = int(np.searchsorted(ends, at))
+        foot = line[i + 1] + (at - ends[i]) * d[i]
+        normal = side * np.array([d[i, 1], -d[i, 0]])
+        result.append(Line(np.array([foot, foot + 5.0 * (normal - d[i])]), FINE))
     return result
 
 

@@ -108,8 +108,9 @@ class Derivation(CanonicalModel):
 
     @property
     def _residuals(self) -> list[Scalar]:
-        """Residuals of the constraints that do not hold identically."""
-        return [x for x in self.conditions.residual if x != 0]
+        """Residuals of the constraints that do not hold identically, and the equations of roots that have symbols."""
+        roots = [g.root.residual for g in self.ring.generators if g.root is not None]
+        return [x for x in [*self.conditions.residual, *roots] if x != 0]
 
     @cached_property
     def constraint_wrenches(self) -> list[Any]:
