@@ -525,8 +525,9 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
     [
         (PIN.replace("<joint ", '<joint range="-1 1" '), "", "no stop holds it at its limits, which limits=True reads: joint 'pin'"),
         (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "it moves without its dry friction, which friction=True reads"),
-        ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "a ball joint moves without dry friction"),
-        ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "the turn of a ball joint is not limited"),
+        ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "it moves without its dry friction, which friction=True reads: joint 'p'"),
+        ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "no stop holds it at its limits, which limits=True reads: joint 'p'"),
+        ('<body name="b"><joint name="p" type="free" frictionloss="1"/>' + ROD + "</body>", "", "a free joint moves without dry friction"),
         (PIN.replace("<joint ", '<joint springdamper="0.1 1" '), "", "springdamper: the spring and damper"),
         (PIN.replace("<joint ", '<joint stiffness="1 2" '), "", "coefficients of higher order are left out"),
         (PIN.replace("<joint ", '<joint colour="1" '), "", "colour: not an attribute that freebody knows"),
@@ -560,6 +561,22 @@ def test_limits_are_stops_of_the_coordinate_not_of_the_turn_from_the_drawn_pose(
     motion = fb.simulate(s, 3, initial=s.reading.initial | {"pin'": 3})
     assert motion.at(motion.events[0].time)["pin"] == pytest.approx(1, abs=1e-9)
     assert "limits" not in str(s.reading)
+
+
+def test_the_range_of_a_ball_stops_its_turn_and_its_friction_acts_about_each_axis(tmp_path):
+    """A ball of moments J alike about all axes, without weight: it turns about one axis until it stops or sticks."""
+    geom = '<geom type="sphere" size="0.1" mass="1"/></body>'
+    body = '<body name="b"><joint name="p" type="ball" range="0 40" frictionloss="0.002"/>' + geom
+    s = read(tmp_path, body, head='<option gravity="0 0 0"/>', limits=True, friction=True, symbols="none")
+    assert "p" not in str(s.reading).partition("touches")[0].partition("left out")[2]
+    J, w, T = 0.004, 2.0, 0.002
+    motion = fb.simulate(s, 2, initial={"p_wy": w})
+    angle = math.radians(40)  # w t - T/(2 J) t² at the stop
+    first = motion.events[0]
+    assert first.time == pytest.approx((w - math.sqrt(w * w - 2 * T / J * angle)) / (T / J), rel=1e-9)
+    assert motion["p_wy"][-1] == 0
+    s = read(tmp_path, body.replace("40", "200"), limits=True)
+    assert "the turn of a ball is at most half a turn: joint 'p'" in str(s.reading)
 
 
 def test_friction_of_a_joint_sticks(tmp_path):

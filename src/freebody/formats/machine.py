@@ -353,23 +353,31 @@ class Machine:
         """Add dry friction."""
         motion = self.along(part)
         if motion is not None:
-            if part.static_friction is not None and part.static_friction != part.friction:
-                self.refuse(part.title, "its static friction; leave out static=")
-            motion.friction += self.number(part.friction, part.title)
+            self.rub(part, motion)
+
+    def rub(self, part: Any, motion: Motion) -> None:
+        """Add the dry friction of a part to a motion."""
+        if part.static_friction is not None and part.static_friction != part.friction:
+            self.refuse(part.title, "its static friction; leave out static=")
+        motion.friction += self.number(part.friction, part.title)
 
     def stop(self, part: Any) -> None:
         """Add a stop: of two stops the narrower limits."""
         motion = self.along(part)
         if motion is None:
             return
-        if part.restitution != 0:
-            self.refuse(part.title, "its restitution; limits do not rebound, leave out restitution=")
+        self.without_rebound(part)
         ends = [
             end * math.inf if y is None else motion.sign * self.number(y, part.title)
             for y, end in ((part.low, -motion.sign), (part.high, motion.sign))
         ]
         low, high = sorted(ends)
         motion.low, motion.high = max(motion.low, low + motion.ref), min(motion.high, high + motion.ref)
+
+    def without_rebound(self, part: Any) -> None:
+        """Refuse the restitution of a stop."""
+        if part.restitution != 0:
+            self.refuse(part.title, "its restitution; limits do not rebound, leave out restitution=")
 
 
 def text_of(*numbers: Any) -> str:

@@ -74,12 +74,12 @@ class Sliding(Load):
         law = contact.law
         if law is not None:
             (d,), (row,) = self.direction, law.tangents(at)
-            slip = d * at.rate(law.joint, law.index) if contact.slows else 0
+            slip = d * law.slip(at) if contact.slows else 0
             size = at.of(contact.friction, {SLIP: slip})
             if contact.loaded:
                 size = at(sympy.Symbol(contact.normal_name, real=True)) * size
             for action in row:
-                yield replace(action, value=-d * size * action.value)
+                yield action.times(-d * size)
             return
         it, v, N = at.pressed(contact)
         slips = [dot(t, v) for t in it.tangents]

@@ -41,3 +41,7 @@ class JointFriction(Gap, kind="joint_friction"):
     def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
         """Return the force along the joint."""
         return ((JointForce(self.joint, 1, self.index),),)
+
+    def slip(self, at: Any) -> Scalar:
+        """Return the rate of the displacement."""
+        return at.rate(self.joint, self.index)

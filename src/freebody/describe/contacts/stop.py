@@ -27,6 +27,7 @@ from ..loads.joint_stop import JointStop
 from ..loads.load import Load
 from ..part import Constant, add
 from .gap import Gap
+from .turn import TurnStop, is_ball
 
 
 class Stop(Gap, kind="stop"):
@@ -148,7 +149,8 @@ def stop(
     name : str
         The force on the stopped joint is ``N_name``; for stops at both ends ``N_name_low`` and ``N_name_high``.
     on : Joint, coordinate or expression of coordinates
-        Such as a hinge, ``"theta"`` or ``q2 - q1``.
+        Such as a hinge, ``"theta"`` or ``q2 - q1``. On a ball or free joint the angle of the turn, about whatever axis,
+        stops at ``high``, less than π.
     low, high : expressions of parameters [m] or [rad]
         One of them may be left out.
     restitution : expression of parameters, optional
@@ -187,6 +189,14 @@ def stop(
             f"{title.capitalize()} has a stiffness and a restitution. A compliant stop loses energy by damping=: "
             f"choose one of them."
         )
+    if is_ball(on, coordinate):
+        if compliant or low is not None or high is None:
+            what = "a stiffness" if compliant else "low=" if low is not None else "no end"
+            raise ModelError(
+                f"{title.capitalize()} has {what}, but {on.type} joint '{on.name}' has a turn, an angle from 0 to π "
+                f"about any axis: give high= alone."
+            )
+        return add(system, name, TurnStop(on, high, restitution=restitution))
     if isinstance(on, Joint):
         if compliant:
             return add(system, name, JointStop(on, stiffness, low, high, damping, coordinate))

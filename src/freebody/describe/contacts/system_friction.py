@@ -13,6 +13,7 @@ from ..part import add
 from .bearing_friction import BearingFriction
 from .gap import Gap
 from .joint_friction import JointFriction
+from .turn import TurnFriction, is_ball
 
 
 def friction(
@@ -40,8 +41,8 @@ def friction(
         The friction on the joint is ``T_name``.
     joint : Joint
     torque : expression [N m]
-        Of a joint that turns; it may depend on the speed of the slip by the name ``slip``, and on the state:
-        ``"T + (T_s - T)*exp(-slip/w)"``.
+        Of a joint that turns; of a ball or free joint, about each of the child's joint axes. It may depend on the speed
+        of the slip by the name ``slip``, and on the state: ``"T + (T_s - T)*exp(-slip/w)"``.
     force : expression [N]
         Of a joint that slides.
     static : expression, optional
@@ -79,6 +80,13 @@ def friction(
     title = f"friction '{name}'"
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")
+    if is_ball(joint, coordinate):
+        if torque is None or not (force is coefficient is radius is length is None):
+            raise ModelError(
+                f"Expected torque= alone for {title}, since {joint.type} joint '{joint.name}' turns about all axes: "
+                f"its friction resists the turn about each of the child's joint axes up to that torque."
+            )
+        return add(system, name, TurnFriction(joint, friction=torque, static_friction=static))
     check_displacement(joint, coordinate, title)
     if coefficient is not None:
         if torque is not None or force is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from ...scalar.algebra import Scalar
@@ -25,6 +25,10 @@ class Couple:
     body: Frame
     moment: Any
 
+    def times(self, factor: Scalar) -> Couple:
+        """Return the couple, multiplied by a number."""
+        return replace(self, moment=factor * self.moment)
+
 
 @dataclass(frozen=True)
 class JointForce:
@@ -33,6 +37,10 @@ class JointForce:
     joint: Joint
     value: Scalar
     index: int = 0
+
+    def times(self, factor: Scalar) -> JointForce:
+        """Return the force, multiplied by a number."""
+        return replace(self, value=factor * self.value)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from ...scalar.algebra import (
     IDENTITY,
     FieldVector,
     Matrix,
+    Vector,
     apply,
     divide,
     dot,
@@ -40,6 +41,32 @@ def turns_freely(joint: Joint) -> bool:
     return any(motion.quaternion >= 0 for motion in joint.primitives)
 
 
+def check_turn(part: Any) -> None:
+    """Refuse a part on a joint without a ball, of which all turns are."""
+    if not turns_freely(part.joint):
+        raise ModelError(
+            f"{part.heading} acts against the turn of a ball or free joint, but '{part.joint.name}' is a "
+            f"{part.joint.type}. s.bushing acts between any two bodies."
+        )
+
+
+def turned(at: Any, joint: Joint, axes: Matrix) -> Matrix:
+    """Return the rotation of the child's joint axes from ``axes`` in the parent."""
+    first = multiply(at.rotation(joint.parent), axes)
+    return multiply(transpose(first), multiply(at.rotation(joint.child), numbers(at, joint.child_axes)))
+
+
+def vector_of(R: Matrix) -> Vector:
+    """Return the vector of R - Rᵀ: 2 sin φ n of a turn φ about n."""
+    return (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
+
+
+def against(joint: Joint, moment: FieldVector) -> Iterator[Action]:
+    """Yield a moment on the child and its opposite on the parent."""
+    yield Couple(joint.child, moment)
+    yield Couple(joint.parent, -moment)
+
+
 class _Torsion(Load):
     """What springs and dampers against a turn have in common."""
 
@@ -48,17 +75,8 @@ class _Torsion(Load):
     joint: Joint
 
     def check(self) -> None:
-        """Refuse a joint without a ball, of which all turns are."""
-        if not turns_freely(self.joint):
-            raise ModelError(
-                f"{self.heading} acts against the turn of a ball or free joint, but '{self.joint.name}' is a "
-                f"{self.joint.type}. s.bushing acts between any two bodies."
-            )
-
-    def _against(self, moment: FieldVector) -> Iterator[Action]:
-        """Yield a moment on the child and its opposite on the parent."""
-        yield Couple(self.joint.child, moment)
-        yield Couple(self.joint.parent, -moment)
+        """Refuse a joint that does not turn freely."""
+        check_turn(self)
 
 
 class TorsionSpring(_Torsion, kind="torsion_spring"):
@@ -72,22 +90,19 @@ class TorsionSpring(_Torsion, kind="torsion_spring"):
 
     def _axes(self, at: Any) -> Matrix:
         """Return the axes, in the parent, from which φ turns."""
-        return multiply(_numbers(at, self.joint.parent_axes), _numbers(at, self.rest))
+        return multiply(numbers(at, self.joint.parent_axes), numbers(at, self.rest))
 
     def _turn(self, at: Any) -> FieldVector:
         """Return φ in these axes."""
-        parent, child = self.joint.parent, self.joint.child
-        first = multiply(at.rotation(parent), self._axes(at))
-        R = multiply(transpose(first), multiply(at.rotation(child), _numbers(at, self.joint.child_axes)))
-        x = 1 + R[0][0] + R[1][1] + R[2][2]
-        a = (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
+        R = turned(at, self.joint, self._axes(at))
+        x, a = 1 + R[0][0] + R[1][1] + R[2][2], vector_of(R)
         cosine = HALF * HALF * at.sqrt(x * x + dot(a, a))
         return FieldVector(at.field, scale(divide(at.field.arc_over_sine(cosine), 2 * cosine), a))
 
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the moments on both bodies."""
         turn = FieldVector(at.field, apply(self._axes(at), self._turn(at).components))
-        yield from self._against(-at(self.stiffness) * at.vector(turn, self.joint.parent))
+        yield from against(self.joint, -at(self.stiffness) * at.vector(turn, self.joint.parent))
 
     def potential(self, at: Any) -> Any:
         """Return ½ k φ·φ [J]."""
@@ -106,10 +121,10 @@ class TorsionDamper(_Torsion, kind="torsion_damper"):
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the moments on both bodies."""
         relative = at.angular_velocity(self.joint.child) - at.angular_velocity(self.joint.parent)
-        yield from self._against(-at(self.damping) * relative)
+        yield from against(self.joint, -at(self.damping) * relative)
 
 
-def _numbers(at: Any, axes: Matrix) -> Matrix:
+def numbers(at: Any, axes: Matrix) -> Matrix:
     """Return a matrix of expressions as scalars."""
     first, second, third = ((at(x), at(y), at(z)) for x, y, z in axes)
     return (first, second, third)

@@ -211,7 +211,7 @@ class Reader(Builder):
         self.joint_of[joint.name] = joint
         name = identifier(joint.name, set())
         if joint.kind not in SINGLE:
-            self.turning(joint, name, made, pose)
+            self.turning(joint, name, made, index, pose)
         else:
             damping, stiffness = UNITS[joint.kind]
             if joint.damping:
@@ -232,18 +232,17 @@ class Reader(Builder):
         low, high = limits
         line = joint.element.line
         self.reading.limits[joint.name] = {"lower": low, "upper": high}
-        if joint.kind not in SINGLE:
-            self.reading.left_out(joint.what, line, "the turn of a ball joint is not limited", f"{high:g}")
-            return
         self.stop(joint.what, line, name, made, limits, index, joint.ref)
-        self.inside(joint.what, line, self.coordinates[joint.name][0], limits)
+        if joint.kind in SINGLE:
+            self.inside(joint.what, line, self.coordinates[joint.name][0], limits)
 
-    def turning(self, joint: Joint, name: str, made: Any, pose: Pose) -> None:
-        """Add spring and damper of a ball or free joint; the body of a free one rests at ``pose``."""
-        if joint.friction:
-            self.reading.left_out(
-                joint.what, joint.element.line, f"a {joint.kind} joint moves without dry friction"
-            )
+    def turning(self, joint: Joint, name: str, made: Any, index: int, pose: Pose) -> None:
+        """Add spring, damper and friction of a ball or free joint; the body of a free one rests at ``pose``."""
+        line = joint.element.line
+        if joint.kind == "ball":
+            self.dry_friction(joint.what, line, name, made, joint.friction, index)
+        elif joint.friction:
+            self.reading.left_out(joint.what, line, "a free joint moves without dry friction")
         child, load = made.child, partial(self.renamed, taken=self.loads)
         if joint.stiffness:
             k = self.parameter(f"k_{name}", joint.stiffness, "")

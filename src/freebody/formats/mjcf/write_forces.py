@@ -60,6 +60,7 @@ class Forces:
         self.sayings: dict[str, Callable[[Any], None]] = {
             "joint_spring": m.spring, "joint_damper": m.damper, "joint_friction": m.dry_friction, "stop": m.stop,
             "joint_effort": self._effort, "generalized_force": self._coordinate_force, "motor": self._motor,
+            "turn_stop": self._turn_stop, "turn_friction": self._turn_friction,
             "torsion_spring": self._torsion, "torsion_damper": self._turning, "force": self._sliding,
             "Condition": self._condition, "Gear": self._gear,
             "ContactPair": self.contacts.add,
@@ -115,6 +116,25 @@ class Forces:
                 f"'{part.joint.name}' in place of rest=",
             )  # fmt: skip
         motion.stiffness += m.number(part.stiffness, part.title)
+
+    def _turn_stop(self, part: Any) -> None:
+        """Add a stop of the turn of a ball."""
+        m, motion = self.machine, self._ball(part)
+        if motion is None:
+            return
+        if motion.kind == "free":
+            m.refuse(part.title, "in the format a free joint has no limits")
+        m.without_rebound(part)
+        motion.low, motion.high = 0, min(motion.high, m.number(part.high, part.title))
+
+    def _turn_friction(self, part: Any) -> None:
+        """Add dry friction about the axes of a ball."""
+        m, motion = self.machine, self._ball(part)
+        if motion is None:
+            return
+        if motion.kind == "free":
+            m.refuse(part.title, "in the format the friction of a free joint resists its displacement, too")
+        m.rub(part, motion)
 
     def _turning(self, part: Any) -> None:
         """Add a damper of the turns of a joint."""

@@ -1,0 +1,134 @@
+"""The stop of a ball or free joint, and its dry friction.
+
+The turn φ ≥ 0 of the child's joint axes from the parent's, about the unit vector n, stays below ``high``, h < π:
+
+    g = (cos φ - cos h)/sin h,      g' = -(sin φ/sin h) n·ω,      M = -N (sin φ/sin h) n
+
+g has the sign of h - φ, and where the stop is closed its rate is -φ' and N is the moment about n. h - φ itself has no
+gradient where the axes are parallel, at φ = 0. sin φ n is half the vector of R - Rᵀ, 2 cos φ + 1 the trace of R.
+
+Dry friction resists each component of the relative angular velocity ω in the child's joint axes by itself:
+
+    |T_i| ≤ T_s in stick, ω_i = 0;      T_i = -T sign(ω_i) in slip
+
+Source: MuJoCo's documentation, computation, constraint model: limits of ball joints, friction loss of their degrees of
+freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import sympy
+
+from ...errors import ModelError
+from ...scalar.algebra import HALF, IDENTITY, FieldVector, Scalar, apply, scale
+from ..constants import default_value
+from ..joints.joint import Joint
+from ..loads.action import Action
+from ..loads.torsion import against, check_turn, numbers, turned, vector_of
+from ..part import Constant
+from .gap import Gap
+
+
+def is_ball(joint: Any, index: Any) -> bool:
+    """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint."""
+    motions = dict(enumerate(joint.primitives)) if isinstance(joint, Joint) else {}
+    return isinstance(index, int) and index in motions and motions[index].quaternion >= 0
+
+
+class _Turn(Gap):
+    """What stop and friction of a ball have in common."""
+
+    joint: Joint
+
+    on_balls: ClassVar[bool] = True
+
+    def check(self) -> None:
+        """Refuse a joint that does not turn freely."""
+        check_turn(self)
+        super().check()
+
+    @property
+    def turns(self) -> bool:
+        """True: what acts are moments."""
+        return True
+
+
+class TurnStop(_Turn, kind="turn_stop"):
+    """The stop of a ball or free joint: the angle of its turn stays below ``high``, at most π."""
+
+    joint: Joint
+    high: Constant  # [rad]
+
+    noun = "stop"
+
+    def check(self) -> None:
+        """Refuse an angle that is no stop."""
+        super().check()
+        system: Any = self.joint.parent.system
+        high = default_value(system, self.high)
+        if high is not None and not 0 < high < float(sympy.pi):
+            raise ModelError(
+                f"Expected high= between 0 and π for {self.title}, the greatest angle of the turn, got {high:g} rad. "
+                + (
+                    "A joint that does not turn is s.weld."
+                    if high <= 0
+                    else "No turn is larger: leave it out."
+                )
+            )
+
+    def gap(self, at: Any) -> Scalar:
+        """Return (cos φ - cos h)/sin h."""
+        R, high = self._turned(at), at(self.high)
+        return ((R[0][0] + R[1][1] + R[2][2] - 1) * HALF - at.cos(high)) / at.sin(high)
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield the moments -(sin φ/sin h) n and their opposites."""
+        back = scale(-HALF / at.sin(at(self.high)), vector_of(self._turned(at)))
+        axes = numbers(at, self.joint.parent_axes)
+        moment = at.vector(FieldVector(at.field, apply(axes, back)), self.joint.parent)
+        yield from against(self.joint, moment)
+
+    def _turned(self, at: Any) -> Any:
+        """Return R."""
+        return turned(at, self.joint, numbers(at, self.joint.parent_axes))
+
+
+class TurnFriction(_Turn, kind="turn_friction"):
+    """Friction of a ball or free joint about each of the child's joint axes, up to ``friction``."""
+
+    joint: Joint
+    axis: int = -1
+
+    noun = "friction"
+    held = True
+
+    @property
+    def elements(self) -> Sequence[tuple[str, Gap]]:
+        """The friction about each axis."""
+        return [(letter, replace(self, axis=k)) for k, letter in enumerate("xyz")]
+
+    def gap(self, at: Any) -> Scalar:
+        """Return 0: it is closed always."""
+        return 0
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield nothing: no force of the machine presses it."""
+        yield from ()
+
+    def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
+        """Return the moment about the axis."""
+        return (tuple(against(self.joint, self._unit(at))),)
+
+    def slip(self, at: Any) -> Scalar:
+        """Return the component of ω."""
+        joint = self.joint
+        return self._unit(at).dot(at.angular_velocity(joint.child) - at.angular_velocity(joint.parent))
+
+    def _unit(self, at: Any) -> FieldVector:
+        """Return the axis, in ground axes."""
+        unit = apply(numbers(at, self.joint.child_axes), IDENTITY[self.axis])
+        return at.vector(FieldVector(at.field, unit), self.joint.child)
