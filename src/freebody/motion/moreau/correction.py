@@ -123,10 +123,16 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
         return failure
     for i in range(machine.n):
         run.momentum[i] = run.f[i] + run.pressed[i]
+    put_speeds(machine, run.z, run.u_new)
+    fast = 0
     for a in range(problem.count):
         problem.b[a] = gap_of(run, a)
         if problem.b[a] < 0.0 and flies(run, a) == 0:
             problem.b[a] = 0.0
+        if closing_rate(run, a) < run.h * along(problem.blocks, problem.rows[a], problem.X, run.momentum):
+            fast = 1
+    if fast == 0:  # p < h work, below, needs a contact for which it holds
+        return NONE
     if solved(run, islands, depth) == 0:
         return OVERLAP
     connect(problem, islands)
