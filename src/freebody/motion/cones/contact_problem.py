@@ -154,15 +154,14 @@ class Newton(Record):
 class Dense(Record):
     """Memory of `dual`: matrices of the rows of a small problem.
 
-    ``A``, ``N``         W Xᵀ; a factor of a part of it
-    ``right``, ``entries``    rates; entries of one row
+    ``A``, ``U``         W Xᵀ; the factor of a part of it, Uᵀ U
+    ``entries``          numbers for one row
     ``place``, ``among``      place of a row among those that are held, or -1; row at a place
     """
 
     most: Count
     A: Annotated[Row, "squares"]
-    N: Annotated[Row, "squares"]
-    right: Annotated[Row, "most"]
+    U: Annotated[Row, "squares"]
     entries: Annotated[Row, "most"]
     place: Annotated[Wholes, "most"]
     among: Annotated[Wholes, "most"]

@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Integers, Reals, compiled, greater, root
-from .block_rows import add, along, dot
+from .block_rows import add, along, block_add, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
 from .elimination import factored, substitute
@@ -259,9 +259,9 @@ def spread(problem: ContactProblem, a: int, G: Reals, J: Reals) -> None:
             if part != 0.0:
                 for q in range(blocks.first[r], blocks.first[r + 1]):
                     begin = blocks.starts[blocks.pieces[q]]
-                    for h in range(blocks.starts[blocks.pieces[q] + 1] - begin):
-                        row[begin + h] += part * G[j + h]
-                    j += blocks.starts[blocks.pieces[q] + 1] - begin
+                    size = blocks.starts[blocks.pieces[q] + 1] - begin
+                    block_add(row[begin:], part, G[j:], size)
+                    j += size
             i += 1
 
 
