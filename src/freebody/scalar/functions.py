@@ -67,10 +67,8 @@ def apply(ring: Any, name: str, arguments: list[Polynomial]) -> Any:
 
 def derivative_of_root(ring: Any, g: Any, atom: Any) -> Any:
     """∂x/∂atom = -(∂f/∂atom)/f' of a generator that is the root x of f(x, atoms)."""
-    from .substitute import Substitution  # which needs rings
-
-    at_root = Substitution(ring, ring, {UNKNOWN: ring.variable(g.index)})
-    return divide(ring, -at_root(ring.derivative(g.root.function, atom)), g.root.slope_there)
+    of_unknown = sympy.sympify(ring.to_sympy(ring.derivative(g.root.function, atom)))
+    return divide(ring, -ring.from_sympy(of_unknown.xreplace({UNKNOWN: g.atom})), g.root.slope_there)
 
 
 def derivative(ring: Any, g: Any, atom: Any) -> Any:
