@@ -181,6 +181,15 @@ def test_no_file(tmp_path: Path, name: str, found: str) -> None:
         fb.read(tmp_path / name)
 
 
+def test_a_folder_of_models(tmp_path: Path) -> None:
+    for name in ("a.urdf", "b.xml", "c.toml", "d.mjcf", "e.txt"):
+        (tmp_path / name).touch()
+    with pytest.raises(FormatError, match=r"found a folder. It has a.urdf, b.xml, c.toml and 1 more\.$"):
+        fb.read(tmp_path)
+    with pytest.raises(FormatError, match="Expected a model file at '.', found a folder"):
+        fb.read("")
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
@@ -188,7 +197,7 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
         fb.read(tmp_path / "pipe.toml")
 
 
-@pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml", ""])
+@pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml"])
 def test_other_suffixes(path: str) -> None:
     with pytest.raises(
         FormatError, match=r"Expected a file that ends in \.toml, \.urdf, \.xml or \.mjcf, got"

@@ -614,7 +614,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
         ({"root": "<sdf/>"}, "got <sdf>. This is SDF: convert it first"),
         ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part of an MJCF file: read the file that includes it."),
         ({"root": "<html/>"}, "got <html>. A model file of freebody ends in .toml."),
-        ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>."),
+        ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>, got none. A part of a model is read with the file that includes it."),
         ({"root": "<mujoco>"}, "expected XML, got text with an error"),
         ({"root": '<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>'}, "expected no document type"),
         ({"head": '<compiler angle="grad"/>'}, "expected one of 'radian', 'degree' for angle= of <compiler>, got 'grad'."),
