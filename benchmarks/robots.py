@@ -155,18 +155,28 @@ class Pictures(NamedTuple):
 
 
 def pictures(path: Path, folder: Path) -> Pictures | str:
-    """Return how long a robot's drawing and page take, which are written into a folder; or what was refused."""
+    """Return how long a robot's drawing and page take, which are written into a folder; or what was refused.
+
+    A robot of which nothing moves on the ground is free. Where a motion ends in a singular position, its page has the
+    motion up to there.
+    """
     import freebody as fb
-    from freebody.errors import FreebodyError
+    from freebody.errors import FreebodyError, SimulationError
 
     now, clock = time.process_time, [time.process_time()]
     try:
         system = fb.read(path, symbols="none")
+        if not system.bodies:
+            system = fb.read(path, symbols="none", base="free")
         clock.append(now())
         drawing = folder / f"{path.stem}.svg"
         fb.draw(system).save(drawing)
         clock.append(now())
-        motion = fb.simulate(system, LENGTH)
+        try:
+            motion = fb.simulate(system, LENGTH)
+        except SimulationError as error:
+            if (motion := error.trajectory) is None:
+                raise
         clock.append(now())
         page = fb.report(system, motion, folder / f"{path.stem}.html")
     except FreebodyError as error:

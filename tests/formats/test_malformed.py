@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import os
+import tempfile
 from pathlib import Path
 from time import process_time
 
@@ -10,9 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import freebody
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError
-from freebody.formats import MAX_SIZE
+from freebody.formats import MAX_SIZE, meshes, read_case
 from freebody.formats.toml.read import MAX_ENTITIES, case_from_text
 
 GOOD = """\
@@ -178,6 +181,15 @@ def test_no_file(tmp_path: Path, name: str, found: str) -> None:
         fb.read(tmp_path / name)
 
 
+def test_a_folder_of_models(tmp_path: Path) -> None:
+    for name in ("a.urdf", "b.xml", "c.toml", "d.mjcf", "e.txt"):
+        (tmp_path / name).touch()
+    with pytest.raises(FormatError, match=r"found a folder. It has a.urdf, b.xml, c.toml and 1 more\.$"):
+        fb.read(tmp_path)
+    with pytest.raises(FormatError, match="Expected a model file at '.', found a folder"):
+        fb.read("")
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
@@ -185,12 +197,45 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
         fb.read(tmp_path / "pipe.toml")
 
 
-@pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml", ""])
+@pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml"])
 def test_other_suffixes(path: str) -> None:
     with pytest.raises(
         FormatError, match=r"Expected a file that ends in \.toml, \.urdf, \.xml or \.mjcf, got"
     ):
         fb.read(path)
+
+
+def test_a_file_without_leave_to_read_or_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "model.toml"
+    system = case_from_text(GOOD).system
+    fb.write(system, path)
+
+    def refuse(*arguments: object, **options: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "open", refuse)
+        with pytest.raises(FormatError, match="Cannot read '.*model.toml': Permission denied"):
+            fb.read(path)
+    with monkeypatch.context() as patched:
+        patched.setattr(tempfile, "mkstemp", refuse)
+        with pytest.raises(FormatError, match="Cannot write '.*model.toml'.* Choose another folder"):
+            fb.write(system, path)
+    assert fb.read(path).name == "good"
+
+
+def test_an_option_that_no_reader_has(tmp_path: Path) -> None:
+    """As the command line gives it, ``--read frixion=true``."""
+    (tmp_path / "arm.urdf").write_text("<robot/>")
+    with pytest.raises(FormatError, match="Unknown option 'frixion' of fb.read; did you mean 'friction'?"):
+        read_case(tmp_path / "arm.urdf", frixion=True)
+
+
+def test_a_mesh_whose_library_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.dae").write_text("<COLLADA/>")
+    monkeypatch.setattr(meshes, "find_spec", lambda name: None)
+    with pytest.raises(FormatError, match="dae needs collada: pip install 'freebody\\[mesh\\]'"):
+        meshes.check(tmp_path / "a.dae")
 
 
 def test_no_path_at_all() -> None:
@@ -248,3 +293,52 @@ def test_damaged_files_are_read_or_refused_in_order(data: st.DataObject) -> None
     except FreebodyError as error:
         assert isinstance(error, FormatError)
         assert str(error).startswith("damaged.toml")
+
+
+# -- every rule of the readers ------------------------------------------------------------------------
+
+FORMATS = Path(freebody.__file__).parent / "formats"
+READERS = [
+    path
+    for path in (*FORMATS.glob("*.py"), *FORMATS.glob("urdf/*.py"), *FORMATS.glob("mjcf/*.py"))
+    if not path.name.startswith("write") and path.name != "machine.py"
+]
+LEAST = 20
+"""Letters of a message that no other text holds by chance."""
+
+
+def messages(path: Path) -> list[tuple[int, list[str]]]:
+    """Return line and texts of every refusal of a reader, without the values between them."""
+    calls = [
+        node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
+    ]
+    found = []
+    for call in calls:
+        name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+        if name in ("error", "refuse", "FormatError"):
+            parts = [
+                part.value
+                for value in call.args
+                for part in ast.walk(value)
+                if isinstance(part, ast.Constant)
+            ]
+            texts = [
+                part.strip(" .") for part in parts if isinstance(part, str) and len(part.strip(" .")) > 5
+            ]
+            if texts:
+                found.append((call.lineno, texts))
+    return found
+
+
+@pytest.mark.parametrize("path", READERS, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_every_rule_has_a_broken_file(path: Path) -> None:
+    """The message of each refusal stands in a test, which breaks a file by this rule."""
+    tests = "".join(one.read_text(encoding="utf-8") for one in Path(__file__).parent.glob("*.py")).replace(
+        "\\", ""
+    )
+
+    def stands(text: str) -> bool:
+        return any(text[k : k + LEAST] in tests for k in range(max(1, len(text) - LEAST + 1)))
+
+    missing = [(line, texts) for line, texts in messages(path) if not any(map(stands, texts))]
+    assert not missing, missing

@@ -614,7 +614,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
         ({"root": "<sdf/>"}, "got <sdf>. This is SDF: convert it first"),
         ({"root": "<mujocoinclude/>"}, "got <mujocoinclude>. This is a part of an MJCF file: read the file that includes it."),
         ({"root": "<html/>"}, "got <html>. A model file of freebody ends in .toml."),
-        ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>."),
+        ({"root": "<mujoco/>"}, "line 1: expected a <worldbody>, got none. A part of a model is read with the file that includes it."),
         ({"root": "<mujoco>"}, "expected XML, got text with an error"),
         ({"root": '<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>'}, "expected no document type"),
         ({"head": '<compiler angle="grad"/>'}, "expected one of 'radian', 'degree' for angle= of <compiler>, got 'grad'."),
@@ -704,6 +704,8 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
             ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1"', "expected face= with faces of its own vertices."),
             ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 1e30"', "expected face= with faces of its own vertices."),
             ('vertex="0 0 0 1 0 0 0 1 0 1 1 0"', "expected points with a convex hull."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 2 0 3 1 0 2 3 1 3 2" inertia="exact"', "expected a mesh with a volume, got one that is inside out or flat."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 0" face="0 1 2"', "expected a mesh with a volume; inertia='shell' gives one to a sheet."),
             ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" inertia="magic"', "arm.xml, line 2: expected one of 'legacy', 'convex'"),
             ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" scale="1 1"', "arm.xml, line 2: expected 3 numbers for scale= of <mesh>"),
             ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" refquat="0 0 0 0"', "arm.xml, line 2: expected a quaternion of <mesh>"),
@@ -771,6 +773,10 @@ def test_parts_are_refused_in_their_own_lines(tmp_path):
         ),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><mujoco/>", "b.xml, line 1: expected no document type"),
         ("<mujoco>", "b.xml, line 1: expected XML, got text with an error"),
+        (
+            f"<mujoco>\n{'<body>' * 199}{'</body>' * 199}</mujoco>",
+            "b.xml, line 2: expected elements nested at most 200 deep, got more",
+        ),
     ):
         (tmp_path / "b.xml").write_text(text)
         with pytest.raises(FormatError, match=message):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import struct
 from pathlib import Path
 from time import process_time
 
@@ -405,9 +406,9 @@ LAUGHS = (
     ("name", "content", "words"),
     [
         ("none.stl", None, "no such file"),
-        ("a.blend", b"x", "expected a mesh"),
+        ("a.blend", b"x", "expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got .blend"),
         ("cut.stl", b"\0" * 80 + (10**9).to_bytes(4, "little") + b"\0" * 50, "counts 1000000000 triangles"),
-        ("nan.stl", binary_stl(np.full((1, 3, 3), np.nan)), "finite"),
+        ("nan.stl", binary_stl(np.full((1, 3, 3), np.nan)), "expected STL with finite triangles"),
         ("far.obj", b"v 0 0 0\nf 1 2 3", "faces of its own vertices"),
         ("flat.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 1", "triangles with an area"),
         (
@@ -416,14 +417,21 @@ LAUGHS = (
             "triangles with an area",
         ),
         ("bad.obj", b"v 0 0 x\nf 1 1 1", "three numbers"),
-        ("word.obj", b"v 0 0 0\nf a b c", "corners of a face"),
+        ("nan.obj", b"v 0 0 nan\nf 1 1 1", "expected finite vertices"),
+        ("cut.msh", b"\0" * 15, "expected MSH with its counts"),
+        (
+            "own.msh",
+            struct.pack("<4i9f3i", 3, 0, 0, 1, *range(9), 0, 1, 3),
+            "expected MSH with triangles of its own finite vertices",
+        ),
+        ("word.obj", b"v 0 0 0\nf a b c", "expected corners of a face, got 'f a b c'"),
         ("long" * 2000 + ".stl", None, "no such file"),
         ("huge.obj", b"v 0 0 0\nf 1 2 " + b"9" * 30, "faces of its own vertices"),
         ("lines.obj", b"v 0 0 0\nf 1\n", "faces of its own vertices"),
         ("many.msh", (10**9).to_bytes(4, "little") * 4, "expected MSH of"),
         ("many.ply", PLY.format("binary_little_endian").encode(), "trimesh cannot read it"),
         ("ascii.ply", PLY.format("ascii").encode() + b"0 0 0\n", "triangles with an area"),
-        ("many.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "trimesh cannot read it"),
+        ("many.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "trimesh cannot read it ("),
         ("laughs.dae", LAUGHS, "collada cannot read it"),
         (
             "entity.dae",
@@ -507,7 +515,7 @@ BODY = [bar("a"), bar("b")]
 @pytest.mark.parametrize(
     ("parts", "words"),
     [
-        ([], "at least one <link>"),
+        ([], "expected at least one <link> in the robot, got none"),
         (BODY, "one link that no joint holds, got 2: 'a', 'b'"),
         ([*BODY, joint("j", "a", "b"), joint("k", "b", "a")], "go round in a loop"),
         ([*BODY, joint("j", "a", "b"), joint("j", "a", "b")], "each joint once, got 'j' again"),
@@ -517,13 +525,15 @@ BODY = [bar("a"), bar("b")]
         ([*BODY, joint("j", "a", "b", "hinge")], "expected a type of joint 'j' among revolute"),
         ([*BODY, "<joint type='fixed'/>"], "attribute 'name'"),
         ([*BODY, "<joint name='j' type='fixed'><parent link='a'/></joint>"], "expected <child link"),
-        ([*BODY, joint("j", "a", "b", axis="0 0 0")], "has a direction"),
+        ([*BODY, joint("j", "a", "b", axis="0 0 0")], "expected an axis of joint .j. that has a direction, got .0 0 0.|expected an axis of .* that has a direction, got .0, 0, 0."),
         ([*BODY, joint("j", "a", "b", axis="0 0")], '3 numbers for xyz= of <axis>, got "0 0"'),
         ([*BODY, joint("j", "a", "b", axis="0 0 nan")], "3 numbers"),
         ([*BODY, joint("j", "a", "b", inside="<mimic joint='j'/>")], "mimics itself"),
         ([*BODY, bar("c"), joint("j", "a", "b", inside="<mimic joint='k'/>"),
           joint("k", "a", "c", inside="<mimic joint='j'/>")], "mimics itself, by way of"),
-        ([*BODY, joint("j", "a", "b", "floating", "<mimic joint='j'/>")], "one coordinate"),
+        ([*BODY, joint("j", "a", "b", "floating", "<mimic joint='j'/>")], "expected <mimic> on a joint of one coordinate, got it on "),
+        ([*BODY, bar("c"), joint("j", "a", "b", "floating"), joint("k", "a", "c", inside="<mimic joint='j'/>")],
+         "expected a joint of one coordinate for 'k' to mimic, got '"),
         ([bar("a").replace('value="2"', 'value="-2"')], "not negative, got -2 kg"),
         ([bar("a").replace('value="2"', 'value="heavy"')], 'a number for value= of <mass>, got "heavy"'),
         ([bar("a").replace('value="2"', 'value="1e61"')], 'numbers of at most 1e60 for value= of <mass>, got "1e61"'),
@@ -575,7 +585,10 @@ def test_a_wrong_robot_is_refused_with_its_line(tmp_path, parts, words):
         ("<mujoco/>", "got <mujoco>. This is MJCF: rename the file to end in .xml"),
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot>&a;</robot>', "no document type"),
         ('<!DOCTYPE r SYSTEM "file:///etc/passwd"><robot/>', "no document type"),
-        ("<robot>" + "<a>" * 300 + "</a>" * 300 + "</robot>", "at most 200 deep"),
+        (
+            "<robot>" + "<a>" * 300 + "</a>" * 300 + "</robot>",
+            "expected elements nested at most 200 deep, got more",
+        ),
         ("<robot>" + "<a/>" * 500_001 + "</robot>", "at most 500000"),
         ("<robot>&nbsp;</robot>", "expected XML"),
         (
@@ -629,7 +642,7 @@ def test_wrong_options_are_refused(tmp_path):
     fb.write(by_hand(), tmp_path / "arm.toml")
     with pytest.raises(FormatError, match="base= is an option of robots' files"):
         fb.read(tmp_path / "arm.toml", base="free")
-    with pytest.raises(FormatError, match="which moves freely"):
+    with pytest.raises(FormatError, match="expected a mass of link 'a', which moves freely with base='free'"):
         read(tmp_path, '<link name="a"/>', base="free")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -121,7 +122,7 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
     """Return the system of a file with its ``[initial]``, ``[near]`` and ``[run]``; errors as in :func:`read`."""
     file = _checked(path, READ)
     if not file.is_file():
-        content = "a folder" if file.is_dir() else "a special file" if file.exists() else "no file"
+        content = "a special file" if file.exists() else "no file"
         raise FormatError(f"Expected a model file at '{file}', found {content}.")
     suffix = file.suffix.lower()
     for name in options:
@@ -243,6 +244,17 @@ def _robot_text(system: System, file: Path, values: Mapping[Any, Any] | None, ru
     return text
 
 
+def _models_in(folder: Path) -> str:
+    """Return the end of a message: the first files of a folder that are models."""
+    with suppress(OSError):
+        models = sorted(file.name for file in folder.iterdir() if file.suffix.lower() in MAX_SIZE)
+        if models:
+            return (
+                f" It has {', '.join(models[:3])}{f' and {len(models) - 3} more' if len(models) > 3 else ''}."
+            )
+    return ""
+
+
 def _checked(path: str | os.PathLike[str], cures: Mapping[str, str]) -> Path:
     """Return the path of a file to read or write; ``cures`` tells what to do with files of other formats."""
     try:
@@ -250,6 +262,8 @@ def _checked(path: str | os.PathLike[str], cures: Mapping[str, str]) -> Path:
     except TypeError:
         raise FormatError(f"Expected the path of a model file, got {path!r}.") from None
     suffix = file.suffix.lower()
+    if cures is READ and file.is_dir():
+        raise FormatError(f"Expected a model file at '{file}', found a folder.{_models_in(file)}")
     if "\0" in str(file) or cures.get(suffix, "none") != "":
         *others, last = (known for known, cure in cures.items() if not cure)
         formats = f"{', '.join(others)} or {last}" if others else last

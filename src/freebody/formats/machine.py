@@ -114,7 +114,10 @@ class Machine:
     def finish(self) -> None:
         """Raise FormatError if there is something that the file cannot hold."""
         if self.refused:
-            parts = "; ".join(f"{part}: {why}" for part, why in self.refused.items())
+            by_reason: dict[str, list[str]] = {}
+            for part, why in self.refused.items():
+                by_reason.setdefault(why, []).append(part)
+            parts = "; ".join(f"{', '.join(these)}: {why}" for why, these in by_reason.items())
             raise FormatError(
                 f"{self.article} cannot hold all of '{self.system.name}'. {parts}. A .toml file can."
             )

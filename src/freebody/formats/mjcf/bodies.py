@@ -96,7 +96,9 @@ class Bodies:
         """Return the world with all bodies in it."""
         roots = list(self.document.settings("worldbody"))
         if not roots:
-            raise self.document.root.error("expected a <worldbody>")
+            raise self.document.root.error(
+                "expected a <worldbody>, got none. A part of a model is read with the file that includes it"
+            )
         world = Body("world", roots[0], Pose())
         for root in roots:
             self._inside(root, _Place(world, Pose(), "main"))
