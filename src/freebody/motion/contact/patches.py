@@ -36,8 +36,8 @@ from ..phase.laws import CLOSED
 TURNED = 1e-6
 """Sine of the angle from which two normals are different ones."""
 SOON, LEAVES = 1e-7, 1e-5
-"""Way over which the rate is taken at which a place leaves its sides [m], and the rate from which it leaves them, by the
-greatest speed."""
+"""Way over which the rate is taken at which a place leaves its sides [m], and the rate from which it leaves them,
+relative to the greatest speed."""
 
 
 class Patches:
@@ -120,7 +120,9 @@ class Patches:
         it, n_q = self.it, self.model.n_q
         fastest = 1 + float(np.abs(y[n_q : n_q + self.model.n_u]).max(initial=0))
         later, dt = y.copy(), SOON / fastest
-        state = float_state(self.model, y[:n_q].tolist(), y[n_q : n_q + self.model.n_u].tolist(), t, self.values)
+        state = float_state(
+            self.model, y[:n_q].tolist(), y[n_q : n_q + self.model.n_u].tolist(), t, self.values
+        )
         later[:n_q] += dt * np.array([float(x) for x in coordinate_rates(self.model, state)])
         for p, (pair, places) in enumerate(zip(self.pairs, self.places, strict=True)):
             at = {place: self.most * p + k for k, place in enumerate(places)}
