@@ -4,6 +4,10 @@ A place of a pair of solids (`model.patched`) has the numbers of a feature: poin
 of its bodies. The compiled loop stops where two solids meet and where the features of a patch change
 (`families.feature_changes`); here the places get the features of the patch that is there. A feature that stays keeps
 its place. The polygon in which two solids touch is continuous at such a change, so speeds are too.
+
+An open place at the end of its sides, within the distance at which places come, that leaves them does not count: its
+contact stays open. Whether it is still a point of the patch is decided by round-off, on one side of a body and not on
+the other. One that stands there, as the corners of solids that are stacked flush, counts.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...describe.shapes.feature import Corner, Edge, Face, Feature
+from ...dynamics.kinematics import coordinate_rates
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.patched import EDGE_ON_EDGE, KINDS
@@ -30,6 +35,9 @@ from ..phase.laws import CLOSED
 
 TURNED = 1e-6
 """Sine of the angle from which two normals are different ones."""
+SOON, LEAVES = 1e-7, 1e-5
+"""Way over which the rate is taken at which a place leaves its sides [m], and the rate from which it leaves them,
+relative to the greatest speed."""
 
 
 class Patches:
@@ -103,7 +111,46 @@ class Patches:
         near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
         changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
         self.ready = True
+        if any(changed):
+            self._let_go(t, y)
         return any(changed)
+
+    def _let_go(self, t: float, y: Array) -> None:
+        """Let open places at the ends of their sides count only if they do not leave them."""
+        it, n_q = self.it, self.model.n_q
+        fastest = 1 + float(np.abs(y[n_q : n_q + self.model.n_u]).max(initial=0))
+        later, dt = y.copy(), SOON / fastest
+        state = float_state(
+            self.model, y[:n_q].tolist(), y[n_q : n_q + self.model.n_u].tolist(), t, self.values
+        )
+        later[:n_q] += dt * np.array([float(x) for x in coordinate_rates(self.model, state)])
+        for p, (pair, places) in enumerate(zip(self.pairs, self.places, strict=True)):
+            at = {place: self.most * p + k for k, place in enumerate(places)}
+            open_places = [place for place in places if it.mode[pair.start + place] == 0]
+            now = self._beside(p, t, y, [at[place] for place in open_places])
+            edge = {k: d for k, d in zip(open_places, now, strict=True) if d > -self._band(p)}
+            then = self._beside(p, t + dt, later, [at[place] for place in edge])
+            for place in open_places:
+                self._count(pair, place, True)
+            for (place, before), after in zip(edge.items(), then, strict=True):
+                self._count(pair, place, after - before <= LEAVES * fastest * dt)
+
+    def _beside(self, p: int, t: float, y: Array, places: Sequence[int]) -> list[float]:
+        """Return how far places of a pair lie outside their sides at a state."""
+        if not places:
+            return []
+        it = self.it
+        self.look(t, y)
+        self.functions["measure"](it.families, it.first[p], it.second[p], 0.0)
+        return [float(self.functions["outside"](it, at)) for at in places]
+
+    def _band(self, p: int) -> float:
+        """Return the distance inside a side from which a place is at its end."""
+        return feature_changes.BAND * float(self.it.families.patch.extent)
+
+    def _count(self, pair: Any, place: int, counts: bool) -> None:
+        """Let a place count, or not."""
+        self.values.update({name: float(counts) for name in pair.names[place] if name.endswith("used")})
 
     def _choose(self, p: int, near: float, t: float) -> bool:
         it, pair, places = self.it, self.pairs[p], self.places[p]

@@ -221,6 +221,12 @@ def beside(it: Followed, one: Integers) -> float:
 
 
 @compiled
+def outside_sides(it: Followed, at: int) -> float:
+    """Return how far a place lies outside its sides, whose cores are laid."""
+    return beside(it, it.features[4 * at :])
+
+
+@compiled
 def beyond(core: Core, one: Integers, at: int, part: float) -> float:
     """Return how far a point at a part of an edge lies outside it; a corner has no outside."""
     p, q, square = core.corners[3 * one[at] :], core.corners[3 * end_of(one, at) :], 0.0
@@ -370,5 +376,6 @@ def functions() -> dict[str, Any]:
         "counts": counts,
         "within": within,
         "measure": measure,
+        "outside": outside_sides,
     }
     return made(label, (label,), tuple(space), lambda: space, short=True).functions
