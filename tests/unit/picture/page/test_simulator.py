@@ -282,7 +282,7 @@ def test_contacts_follow(page, tmp_path):
 
 @in_a_browser
 def test_gaps_beyond_an_end_are_distances(page, tmp_path):
-    """A ball runs along a capsule of the ground, past its axis, against its end: not the gap of the wall without ends."""
+    """A ball runs along a capsule, past its axis, against its end: the gap is not that of the wall without ends."""
     s = fb.System("pill")
     s.parameters(v=1.0)
     ball = s.body("ball", fb.sphere(0.5, 0.1))
