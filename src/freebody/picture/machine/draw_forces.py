@@ -21,7 +21,7 @@ from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
-from ..paper.sheet import Arrow, Style, arc, box_of
+from ..paper.sheet import Arrow, Line, Style, arc, box_of
 from .force_arrows import Mark, Marks
 from .lines_of_action import mark_line, moved_forces
 from .machine_drawing import MachineDrawing
@@ -88,9 +88,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     d = m.axis(action.joint.name, action.index)
     link = m.model.links[joint_link(m.model, action)]
     if not link.slides_only or d is None:
-        m.add(symbols.spiral(at), class_=load.look.role, data_load=name)
-        if not m.many:
-            _spring_label(m, load, at, np.array([20.0, 0.0]))
+        _turning(m, load, at, joint.child, d, joint_link(m.model, action))
         return
     base = m.page(m.now.place(joint.parent, m.model.joints[action.joint.name].at))
     same = [
@@ -109,6 +107,43 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     if not beside:
         _wall(m, wall, d)
     _spring_label(m, load, (start + end) / 2, end - start)
+
+
+def _turning(m: MachineDrawing, load: Load, at: Array, child: str, axis: Array | None, number: int) -> None:
+    """Draw a spring or a damper of a turn across its axis, beside the body if the axis does not point at the reader."""
+    make = symbols.spiral if load.look.symbol == "zigzag" else symbols.turning_dashpot
+    places, across = [at], np.eye(2)
+    shafts: list[list[Any]] = [[]]
+    if axis is not None and not m.view.planar and m.model.links[number].turns_only:
+        # seen along its axis by a half at least: from the side it is a line
+        reaches = [(side * axis, m.reach(child, at, side * axis)) for side in (1.0, -1.0)]
+        places = [at + (reach + 10.0) * d for d, reach in reaches]
+        shafts = [
+            [Line(np.array([at + reach * d, at + (reach + 14.0) * d]), symbols.THIN)] for d, reach in reaches
+        ]
+        seen = abs(float(m.view.toward @ m.axis_in_space(m.model.links[number], number)))
+        across = np.array([[-axis[1], axis[0]], max(seen, 0.5) * axis])
+    turns = [
+        np.array([[math.cos(a), math.sin(a)], [-math.sin(a), math.cos(a)]])
+        for a in np.radians(range(0, 360, 30))
+    ]
+    choices = [
+        (place, [*shaft, *make(place, turn @ across)])
+        for place, shaft in zip(places, shafts, strict=True)
+        for turn in turns
+    ]
+    costs = [
+        m.placer.crowding(np.vstack([line.points for line in items]), at) + 0.001 * k
+        for k, (_, items) in enumerate(choices)
+    ]
+    place, items = choices[int(np.argmin(costs))]
+    m.add(items, class_=load.look.role, data_load=load.name)
+    if not m.many and load.look.label:
+        middle = np.mean(np.vstack([line.points for line in items]), axis=0)
+        out = middle - place
+        length = float(np.linalg.norm(out))
+        along = np.array([1.0, 0.0]) if length < 3.0 else np.array([out[1], -out[0]]) / length
+        _spring_label(m, load, middle, 20.0 * along)
 
 
 def _alike(action: JointForce, other: Action) -> bool:

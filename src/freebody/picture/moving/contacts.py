@@ -14,6 +14,7 @@ from ...dynamics.state import State
 from ...model.contact import friction_margin
 from ...motion.ode.dense_output import observe
 from ...motion.phase.candidates import stretch_numbers
+from ...motion.timestepping.course import distances
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FRAME = 16
+FRAME = 18
 """Count of the numbers that describe a contact: gap, normal (3), two tangents (6), place (3), static
-friction, adhesion, ratio of two coefficients of friction."""
+friction, adhesion, ratio of two coefficients of friction, reaches (2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,7 @@ class Touched:
     forces : list of ndarray (n, 1 + tangents)
         For each contact N and the components of T [N]; least in norm where the motion does not determine them.
     gap : ndarray (n, contacts)
-        Gaps [m].
+        Distances [m]; infinite beyond the ends of a side without corners for what is beside it.
     normal, place : ndarray (n, contacts, 3)
         Normal, and point of the feature [m], in ground axes.
     tangents : ndarray (n, contacts, 2, 3)
@@ -94,6 +95,7 @@ class Contacts:
                 first, second = (*touch.tangents, ZERO, ZERO)[:2]
                 numbers += [touch.gap, *touch.normal, *first, *second, *touch.on_feature]
                 numbers += [state(contact.static_friction), state(contact.adhesion), state(contact.stretch)]
+                numbers += (*touch.reach, 1, 1)[:2]
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
@@ -122,7 +124,7 @@ class Contacts:
         return Touched(
             tuple(contact.name for contact in self.model.contacts),
             [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
-            frame[:, :, 0],
+            distances(self.model, frame[:, :, 0], frame[:, :, 16:].reshape(len(frame), -1)),
             frame[:, :, 1:4],
             frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
             frame[:, :, 10:13],

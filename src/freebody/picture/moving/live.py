@@ -66,7 +66,7 @@ class Outputs:
         self.count = place
 
     def _place_contact(self, k: int, contact: Contact, place: int) -> int:
-        """Place gap, forces, margin, force vectors and point of a contact; return the place after them."""
+        """Place gap, forces, margin, force vectors, point and reaches of a contact; return the place after them."""
         rough, name = not contact.frictionless, contact.name
         names = (contact.normal_name, *(contact.tangent_names if rough else ()))
         self.channels[f"gap {name}"] = ["outputs", place, 1]
@@ -76,11 +76,15 @@ class Outputs:
         if rough:
             self.channels[f"margin {name}"] = ["outputs", end, 1]
             end += 1
+        # whose distance that of a corner is, too
+        side = next((i for i, one in enumerate(self.kernels.model.contacts) if one.name == contact.owner), k)
         self.contacts.append({
+            "side": k if contact.presser else side,
             "name": name, "modes": [contact.shown(kind) for kind in KINDS], "gap": place, "forces": len(names),
             "normal": end, "friction": end + 3, "point": end + 6,
+            "reach": end + 9,
         })  # fmt: skip
-        return end + 9
+        return end + 11
 
     def __call__(self, state: State, moving: Motion, forces: Sequence[Scalar] = ()) -> list[Scalar]:
         """Return the outputs at a state with its accelerations, multipliers, and forces of contacts."""
@@ -108,6 +112,6 @@ class Outputs:
                 static, pressure = state(contact.static_friction), N + state(contact.adhesion)
                 ratio = state(contact.stretch)
                 result += [*T, friction_margin(static, pressure, T, ratio, state.field.sqrt)]
-            result += [*normal, *friction, *touch.on_feature]
+            result += [*normal, *friction, *touch.on_feature, *(*touch.reach, 1, 1)[:2]]
         assert len(result) == self.count
         return result

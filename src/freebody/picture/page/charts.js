@@ -18,9 +18,11 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
   let low = Infinity, high = -Infinity;
   for (const { values, width, component } of curves)
     for (let i = component; i < values.length; i += width) {
+      if (!Number.isFinite(values[i])) continue; // no distance
       low = Math.min(low, values[i]);
       high = Math.max(high, values[i]);
     }
+  if (low > high) [low, high] = [0, 0];
   if (!(high - low > Math.max(1e-6 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0))) {
     const room = Math.max(0.5 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0) || 1;
     [low, high] = [low - room, high + room];
@@ -51,15 +53,19 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
   if (power || (unit && unit !== "1")) drawing("text", { x: 4, y: 15 }, svg, measure(unit && unit !== "1" ? unit : "", power));
   const labels = curves.map((curve, i) => {
-    const ends = [0, ...breaks, motion.t.length]; // no line runs through a jump
+    const finite = (k) => Number.isFinite(curve.values[k * curve.width + curve.component]), all = motion.t.length;
+    const missing = Array.from({ length: all - 1 }, (_, k) => k + 1).filter((k) => finite(k) !== finite(k - 1));
+    const ends = [...new Set([0, ...breaks, ...missing, all])].sort((a, b) => a - b); // no line runs through a jump
     for (let n = 0; n + 1 < ends.length; n++) {
+      if (!finite(ends[n])) continue;
       const points = thinned(ends[n], ends[n + 1], (k) => x(motion.t[k]), (k) => y(curve.values[k * curve.width + curve.component]));
       drawing("polyline", { points, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
     }
     return curve.label;
   });
   // each curve has its name at its end; names that would meet are moved apart
-  const ends = curves.map(({ values, width, component }, i) => [i, y(values[values.length - width + component])]).sort((a, b) => a[1] - b[1]);
+  const final = ({ values, width, component }) => values.filter((x, k) => k % width === component && Number.isFinite(x)).at(-1) ?? low;
+  const ends = curves.map((curve, i) => [i, y(final(curve))]).sort((a, b) => a[1] - b[1]);
   const apart = 15, least = TOP, most = HEIGHT - BOTTOM;
   for (let k = 0; k < ends.length; k++) ends[k][1] = Math.max(ends[k][1], k ? ends[k - 1][1] + apart : least);
   for (let k = ends.length - 1; k >= 0; k--) ends[k][1] = Math.min(ends[k][1], k + 1 < ends.length ? ends[k + 1][1] - apart : most);
@@ -95,6 +101,8 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
     cursor.setAttribute("x2", at);
     curves.forEach((curve, i) => {
       const value = motion.vector(curve.values, curve.width)[curve.component];
+      dots[i].setAttribute("visibility", Number.isFinite(value) ? "visible" : "hidden");
+      if (!Number.isFinite(value)) return (readings[i].textContent = "none");
       dots[i].setAttribute("cx", at);
       dots[i].setAttribute("cy", y(value));
       readings[i].textContent = `${written(value.toPrecision(5))} ${curve.unit === "1" ? "" : curve.unit}`;

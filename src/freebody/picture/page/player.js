@@ -14,7 +14,6 @@ function player(root, scene, options = {}) {
   const listeners = [];
   let motion = new Motion(scene);
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
-  let fineness = 1, rest = 0; // without a graphics card, the machine is drawn coarser while its motions follow a slider
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0, written = null;
   const heads = [], before = {}; // arrows of the picture; places of its texts, which they keep
 
@@ -22,6 +21,7 @@ function player(root, scene, options = {}) {
   root.classList.add("player");
   const canvases = options.canvases || staged(options.flat); // from another player if given: new ones take long to make
   const { stage, canvas, overlay, renderer } = canvases, hands = new AbortController(), { signal } = hands;
+  let [fineness] = renderer.fine, rest = 0;
   root.append(stage);
   canvas.setAttribute("aria-label", `Animation of ${scene.title}: space plays, arrows move the time, with shift the eye, plus and minus its distance`);
   const bar = element("div", { class: "bar" }, root);
@@ -88,7 +88,7 @@ function player(root, scene, options = {}) {
     shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
     head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
     disk = renderer.surface(lathe({ profile: [[0, 0], [1, 0]], around: 96 }).map(plain));
-    ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
+    ball = renderer.surface(ellipsoid({ radii: [1, 1, 1] }, Infinity)); // with few divisions, like all that is small
     [loose, bodies, ground, trails, planes, cones, floor] = [{}, [], [], [], [], null, null];
     shape();
     trace();
@@ -187,21 +187,38 @@ function player(root, scene, options = {}) {
     const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
     const moved = unit(add(eye.toward, add(scale(-dx, right), scale(dy, top))));
     if (Math.abs(dot(moved, eye.up)) < 0.995) eye.toward = moved; // the eye does not pass over the pole
+    hurry(1);
     draw();
   }
   function pan(dx, dy) {
     const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
     eye.chosen = true;
     eye.target = add(eye.target, add(scale(-dx * eye.distance, right), scale(dy * eye.distance, top)));
+    hurry(1);
     draw();
   }
   function zoom(factor) {
     eye.chosen = true;
     eye.distance = Math.min(1e4 * size, Math.max(0.05 * size, eye.distance * factor));
+    hurry(1);
     draw();
   }
 
   // -- one picture
+  // Draws as fine as a picture is that stays, or one of a motion that plays.
+  function settle() {
+    clearTimeout(rest);
+    const fine = renderer.fine[playing ? 1 : 0];
+    if (fine === fineness) return;
+    fineness = fine;
+    draw();
+  }
+  // Draws coarser, until nothing moves for a while: 1 while the eye moves, 2 while a motion follows a slider.
+  function hurry(k) {
+    clearTimeout(rest);
+    fineness = Math.min(fineness, renderer.fine[k]);
+    rest = setTimeout(settle, 150);
+  }
   function draw() {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const wide = Math.round(measured.wide * ratio), high = Math.round(measured.high * ratio);
@@ -336,12 +353,14 @@ function player(root, scene, options = {}) {
     last = null;
     button.textContent = "❚❚";
     button.setAttribute("aria-label", "Pause");
+    settle();
     requestAnimationFrame(tick);
   }
   function pause() {
     playing = false;
     button.textContent = "▶";
     button.setAttribute("aria-label", "Play");
+    settle();
   }
   function show(name, value) {
     if (!(name in on)) return;
@@ -404,7 +423,7 @@ function player(root, scene, options = {}) {
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => (renderer.revive(), build(), draw()), { signal });
   let copy = null;
-  window.addEventListener("beforeprint", () => ((fineness = 1), draw(), (copy = printed(canvases))), { signal });
+  window.addEventListener("beforeprint", () => (([fineness] = renderer.fine), draw(), (copy = printed(canvases))), { signal });
   window.addEventListener("afterprint", () => copy && copy.remove(), { signal });
   const watch = new ResizeObserver(() => (measure(), strip(), draw()));
   watch.observe(stage);
@@ -434,11 +453,7 @@ function player(root, scene, options = {}) {
   // with ``shaped``, bodies have other shapes.
   function take(next, shaped) {
     const time = motion.now;
-    if (renderer.slow) {
-      fineness = 0.5;
-      clearTimeout(rest);
-      rest = setTimeout(() => ((fineness = 1), draw()), 150);
-    }
+    hurry(2);
     scene = next;
     motion = new Motion(scene);
     if (shaped) shape();

@@ -1,7 +1,8 @@
 "use strict";
 // Two renderers with the same functions: WebGL, and a 2-D canvas (farthest first) for browsers without WebGL.
 //
-//   slow                               no graphics card draws: the time of a picture grows with its pixels
+//   canvas                             the canvas on which it draws
+//   fine                               points of the canvas per point of the page, each way: of pictures that stay, of a motion that plays, of one that follows a slider
 //   surface(corners)                   returns a surface, from triangles as solids.js makes them
 //   path(points)                       returns a polyline, from numbers x, y, z, ...
 //   begin(camera)                      begins a new picture
@@ -44,9 +45,17 @@ const LINE_FRAGMENT = `
 precision mediump float; uniform vec3 color; uniform float opacity;
 void main() { gl_FragColor = vec4(color, opacity); }`;
 
-function webgl(canvas) {
-  const gl = canvas.getContext("webgl", { antialias: true, alpha: false });
+// Where no graphics card draws, the time of a picture grows with its points: pictures have half as many each way while they follow a slider. Antialiasing
+// by WebGL would be there in all of them; instead, pictures that stay have twice as many points each way, which the browser averages.
+function webgl(canvas, slow = false) {
+  const gl = canvas.getContext("webgl", { antialias: !slow, alpha: false });
   if (!gl) return null;
+  const card = gl.getExtension("WEBGL_debug_renderer_info");
+  if (!slow && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(card ? card.UNMASKED_RENDERER_WEBGL : gl.RENDERER))) {
+    const other = canvas.cloneNode(); // a canvas keeps its kind of context
+    canvas.replaceWith(other);
+    return webgl(other, true);
+  }
   const program = (vertex, fragment) => {
     const result = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -84,7 +93,6 @@ function webgl(canvas) {
     return buffer;
   };
   let camera, later, behind, used = null;
-  const card = gl.getExtension("WEBGL_debug_renderer_info");
 
   const use = (names, buffer, layout, stride) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -109,8 +117,7 @@ function webgl(canvas) {
     gl.drawArrays(gl.TRIANGLES, 0, surface.count);
   };
   return {
-    kind: "webgl",
-    slow: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(card ? card.UNMASKED_RENDERER_WEBGL : gl.RENDERER)),
+    kind: "webgl", canvas, fine: slow ? [2, 1, 0.5] : [1, 1, 1],
     surface(corners) {
       const buffer = newBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -197,8 +204,7 @@ function flat(canvas) {
   const css = (color, k, opacity) =>
     `rgba(${color.map((c) => Math.round(255 * Math.min(1, c * k))).join()},${opacity})`;
   return {
-    kind: "canvas",
-    slow: true,
+    kind: "canvas", canvas, fine: [1, 0.5, 0.5],
     surface: (corners) => ({ corners, count: corners.length / STRIDE }),
     path: (points) => ({ points, segments: Math.max(points.length / 3 - 1, 0) }),
     begin(view) {

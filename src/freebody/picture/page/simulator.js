@@ -76,6 +76,17 @@ async function simulator(live, scene) {
     events.sort(([a], [b]) => a - b);
     return { events, modes, breaks: Array.from(field.phase_frames.subarray(1, Math.max(1, count)), Number) };
   }
+  // Distances of all contacts over time: beyond the ends of a side that of its nearest corner, else infinite.
+  function distances() {
+    const result = live.contacts.map(({ gap, reach }) => {
+      const ends = column("outputs", reach, 2);
+      return column("outputs", gap, 1).map((x, k) => (ends[2 * k] < 0 || ends[2 * k + 1] < 0 ? Infinity : x));
+    });
+    live.contacts.forEach(({ side }, i) => {
+      if (side !== i) result[side] = result[side].map((x, k) => Math.min(x, result[i][k]));
+    });
+    return result;
+  }
   // Points of a contact over time, and whether it is closed.
   function touching({ name, gap, forces, point }) {
     const all = column("outputs", gap + 1, forces), n = whole("frames");
@@ -88,6 +99,7 @@ async function simulator(live, scene) {
       const place = live.channels[key];
       if (place) channels[key] = { unit, width, values: column(...place) };
     }
+    distances().forEach((values, i) => (channels[`gap ${live.contacts[i].name}`].values = values));
     const gained = (key, k) => { // since the start, in double precision
       if (!live.channels[key]) return 0;
       const [source, place] = live.channels[key], values = field[source];

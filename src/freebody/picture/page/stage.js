@@ -6,8 +6,8 @@ const FLOOR = [0.955, 0.96, 0.968], SHADOW = [0.845, 0.855, 0.87], GRID = [0.885
 // A stage with the canvas for the machine, the canvas above it for texts, and the renderer.
 function staged(plainly) {
   const stage = element("div", { class: "stage" }), canvas = element("canvas", { class: "view", tabindex: 0 }, stage);
-  const overlay = element("canvas", { class: "labels" }, stage);
-  return { stage, canvas, overlay, renderer: (!plainly && webgl(canvas)) || flat(canvas) };
+  const overlay = element("canvas", { class: "labels" }, stage), renderer = (!plainly && webgl(canvas)) || flat(canvas);
+  return { stage, canvas: renderer.canvas, overlay, renderer };
 }
 
 // The floor under everything: the level plane that the machine stands on, or else a level below the lowest point of its ``fixed``
@@ -84,7 +84,7 @@ function drawCorner(pen, camera, { up, gravity }, ratio) {
 
 // The picture as it is, in a canvas that stays while the page is printed: that of WebGL is empty by then.
 function printed({ stage, canvas, overlay }) {
-  const copy = element("canvas", { class: "printed", width: canvas.width, height: canvas.height }, stage), pen = copy.getContext("2d");
-  for (const layer of [canvas, overlay]) pen.drawImage(layer, 0, 0);
+  const { width, height } = canvas, copy = element("canvas", { class: "printed", width, height }, stage), pen = copy.getContext("2d");
+  for (const layer of [canvas, overlay]) pen.drawImage(layer, 0, 0, width, height);
   return copy;
 }

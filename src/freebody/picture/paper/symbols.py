@@ -141,11 +141,27 @@ def dashpot(start: Array, end: Array) -> list[Any]:
     ]
 
 
-def spiral(at: Array, radius: float = 13.0) -> list[Any]:
-    """A torsion spring about a hinge."""
+def spiral(at: Array, basis: Array, radius: float = 13.0) -> list[Any]:
+    """A torsion spring about an axis; ``basis`` holds two directions across it, as rows, on paper."""
     t = np.linspace(0.0, 2.6 * 2 * math.pi, 90)
     r = 4.0 + (radius - 4.0) * t / t[-1]
-    return [Line(at + np.column_stack([r * np.cos(t), r * np.sin(t)]), FINE)]
+    return [Line(at + np.column_stack([r * np.cos(t), r * np.sin(t)]) @ basis, FINE)]
+
+
+def turning_dashpot(at: Array, basis: Array, radius: float = 15.0) -> list[Any]:
+    """A damper of a turn: a piston in a pot bent about an axis, each on an arm; ``basis`` as of `spiral`."""
+    wide, long, centre, hub = 4.5, math.radians(34), np.zeros(2), 3.0 / radius
+    inner, outer = (arc(centre, radius + side * wide, long, -long) for side in (-1, 1))
+    rod = arc(centre, radius, 0.0, math.radians(80))
+    head = np.array([[radius - wide + 1.2, 0.0], [radius + wide - 1.2, 0.0]])
+    arm = arc(centre, radius, -long, -math.radians(80))
+    lines = [
+        Line(np.vstack([outer, inner[::-1]]), FINE),
+        Line(head, Style(INK, 1.8)),
+        Line(np.vstack([rod, rod[-1:] * hub]), FINE),
+        Line(np.vstack([arm, arm[-1:] * hub]), FINE),
+    ]
+    return [Line(at + line.points @ basis, line.style) for line in lines]
 
 
 def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> list[Any]:

@@ -401,8 +401,13 @@ def _is_parametric(monomial: Monomial, hidden: Mapping[str, Any], roots: Mapping
 
 
 def _angle(u: Unknown, values: Mapping[str, Any]) -> Any:
-    """Return an angle from its sine and cosine; from one of them, the angle nearest to zero."""
+    """Return an angle from its sine and cosine, in the shortest way; from one of them, the angle nearest to zero."""
     s, c = values.get(f"sin({u.name})"), values.get(f"cos({u.name})")
     if s is not None and c is not None:
-        return sympy.atan2(s, c)
+        ways = [sympy.atan2(s, c)]
+        if s.is_nonnegative or s.is_nonpositive:
+            ways.append(sympy.acos(c) if s.is_nonnegative else -sympy.acos(c))
+        if c.is_nonnegative:
+            ways.append(sympy.asin(s))
+        return min(ways, key=sympy.count_ops)
     return sympy.asin(s) if c is None else sympy.acos(c)
