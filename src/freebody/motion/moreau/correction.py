@@ -119,20 +119,9 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
         run.u_mean[i] = 0.0
     put_speeds(machine, run.z, run.u_mean)  # f without terms of the speeds, which do no work
     failure = lay(run, t, depth, run.constraints)
-    if failure != NONE:
-        return failure
-    for i in range(machine.n):
-        run.momentum[i] = run.f[i] + run.pressed[i]
     put_speeds(machine, run.z, run.u_new)
-    fast = 0
-    for a in range(problem.count):
-        problem.b[a] = gap_of(run, a)
-        if problem.b[a] < 0.0 and flies(run, a) == 0:
-            problem.b[a] = 0.0
-        if closing_rate(run, a) < run.h * along(problem.blocks, problem.rows[a], problem.X, run.momentum):
-            fast = 1
-    if fast == 0:  # p < h work, below, needs a contact for which it holds
-        return NONE
+    if failure != NONE or approach(run) == 0:
+        return failure
     if solved(run, islands, depth) == 0:
         return OVERLAP
     connect(problem, islands)
@@ -156,6 +145,25 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
             add(problem.blocks, problem.rows[a], problem.X, energy[b, 0] * problem.x[a], run.u_new)
     put_speeds(machine, run.z, run.u_new)
     return NONE
+
+
+@compiled
+def approach(run: Run) -> int:
+    """Set the gaps of the problem of contacts that fly; return 1 if one approaches faster than the loads of a step
+    make it.
+
+    Without one, ``-p > -work h`` holds in no island.
+    """
+    problem, fast = run.problem, 0
+    for i in range(run.machine.n):
+        run.momentum[i] = run.f[i] + run.pressed[i]
+    for a in range(problem.count):
+        gap = gap_of(run, a)
+        problem.b[a] = 0.0 if gap < 0.0 and flies(run, a) == 0 else gap
+        change = run.h * along(problem.blocks, problem.rows[a], problem.X, run.momentum)
+        if closing_rate(run, a) < change:
+            fast = 1
+    return fast
 
 
 @compiled
