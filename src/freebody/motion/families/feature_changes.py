@@ -371,4 +371,4 @@ def functions() -> dict[str, Any]:
         "within": within,
         "measure": measure,
     }
-    return made(label, (label,), tuple(space), lambda: space, short=True).functions
+    return made(label, (label,), tuple(space), lambda: space, passes="few").functions
