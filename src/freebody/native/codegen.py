@@ -20,6 +20,9 @@ OPTIMISATION = 1
 LONG = 1 << 24
 """Length in characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
+COLD = "optnone"
+"""Attribute of a function that LLVM's passes leave as it is."""
+
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
     "fma", "floor", "ceil", "memcpy", "memset", "memmove",
@@ -92,28 +95,39 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
 
 
 def optimised_code(
-    text: str, name: str = THIS, *, short: bool = False, rare: bool = False, wide: bool = False
+    text: str, name: str = THIS, *, passes: str = "all", wide: bool = False
 ) -> tuple[bytes, list[str]]:
     """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
     calls.
 
-    The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
-    is no faster. Code whose loops are ``short``, of a few rounds, is as fast after a few passes, in half the time. In
-    ``wide`` code the lanes are the vectors: vectorisation only doubles its time. What is ``rare`` gets plain
-    instructions without passes, in a tenth of the time.
+    ``passes`` "all" are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code
+    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives all
+    passes to the functions without `COLD` among their attributes, and a few to the others. "none" are plain
+    instructions for what runs rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation
+    only doubles its time.
     """
     initialize()
-    machine = _machine(0 if rare else OPTIMISATION, name=name)
-    module = llvm.parse_assembly(text, context=llvm.create_context())
-    module.triple, module.data_layout = target.named(name).triple, layout(name)
-    options = llvm.create_pipeline_tuning_options(speed_level=0 if rare else 1)
+    machine = _machine(0 if passes == "none" else OPTIMISATION, name=name)
+    module = _parsed(text, name)
+    options = llvm.create_pipeline_tuning_options(speed_level=0 if passes == "none" else 1)
     if wide:
         options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
-    passes = llvm.create_pass_builder(machine, options)
-    (_few_passes() if short and not rare else passes.getModulePassManager()).run(module, passes)
+    builder = llvm.create_pass_builder(machine, options)
+    if passes != "few":
+        builder.getModulePassManager().run(module, builder)
+    if passes == "hot":
+        module = _parsed(str(module).replace(f" {COLD}", ""), name)
+    if passes in ("few", "hot"):
+        _few_passes().run(module, builder)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions
     return machine.emit_object(module), sorted(set(LIBRARY).intersection(called))
+
+
+def _parsed(text: str, name: str) -> Any:
+    module = llvm.parse_assembly(text, context=llvm.create_context())
+    module.triple, module.data_layout = target.named(name).triple, layout(name)
+    return module
 
 
 def _few_passes() -> Any:

@@ -56,6 +56,9 @@ def is_wide(annotation: Any) -> bool:
 class Compiled:
     """A function to be translated, with the types of its annotations."""
 
+    hot = False
+    """True if a loop spends most of its time here (`instructions.hot`)."""
+
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
         records = {

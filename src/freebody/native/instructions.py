@@ -52,6 +52,14 @@ def compiled(function: Callable[..., Any]) -> Compiled:
     return Compiled(function)
 
 
+def hot(function: Compiled) -> Compiled:
+    """Mark a compiled function in which a loop spends much of its time: it gets all of LLVM's passes where the others
+    get a few (`codegen.optimised_code`).
+    """
+    function.hot = True
+    return function
+
+
 def inlined(function: Callable[..., Any]) -> Inlined:
     """Mark a function as one that is translated at the place of each call; it may return several values."""
     return Inlined(function)

@@ -73,19 +73,18 @@ def made(
     names: Sequence[str],
     make: Callable[[], Mapping[str, Any]],
     lanes: int = 1,
-    short: bool = False,
-    rare: bool = False,
+    passes: str = "all",
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds, as the functions may say
-    themselves, ``rare`` that they run between steps only.
+    ``lanes`` is the width of the translation; ``passes`` are those of `codegen.optimised_code`, which the functions may
+    say themselves.
     ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
     with _locks.setdefault(label, threading.Lock()):
         if label not in _loops:  # two threads would make two loops, and one would be unloaded while it runs
-            _loops[label] = _made(key(label, *modules), names, make, lanes, short, rare)
+            _loops[label] = _made(key(label, *modules), names, make, lanes, passes)
         return _loops[label]
 
 
@@ -125,15 +124,14 @@ def key(label: str, *modules: str) -> str:
 
 
 def _made(
-    key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int = 1, short: bool = False,
-    rare: bool = False,
+    key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int = 1, passes: str = "all",
 ) -> Loop:  # fmt: skip
     """Return the loop from the disk, or compile and store it."""
     stored = disk.load(key)
     loaded = None if stored is None else _loaded(*stored, names)
     if loaded is not None:
         return Loop(*loaded, True)
-    header, code = _compiled(make(), names, lanes, short, rare)
+    header, code = _compiled(make(), names, lanes, passes)
     loaded = _loaded(header, code, names)
     if loaded is None:
         raise RuntimeError(
@@ -171,17 +169,16 @@ def _loaded(
 
 
 def _compiled(
-    space: Mapping[str, Any], names: Sequence[str], lanes: int = 1, short: bool = False,
-    rare: bool = False,
+    space: Mapping[str, Any], names: Sequence[str], lanes: int = 1, passes: str = "all",
 ) -> tuple[dict[str, Any], bytes]:  # fmt: skip
     """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
     from .translation import translated  # imported late: not needed if the code is on the disk
 
-    chosen = {name: space[name] for name in names}
-    code, needed = codegen.optimised_code(
-        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes),
-        short=short or getattr(space, "short", False), rare=rare, wide=lanes > 1,
-    )  # fmt: skip
+    chosen, passes = {name: space[name] for name in names}, getattr(space, "passes", passes)
+    text = translated(
+        {f"loop_{name}": f for name, f in chosen.items()}, lanes, codegen.COLD if passes == "hot" else ""
+    )
+    code, needed = codegen.optimised_code(text, passes=passes, wide=lanes > 1)
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)
         for name, f in chosen.items()

@@ -34,10 +34,17 @@ from .record_access import RecordPointer
 from .statements import Body
 
 
-def translated(functions: Mapping[str, Compiled], lanes: int = 1) -> str:
-    """LLVM text of functions under these names, and of all functions that they call, for so many lanes."""
+def translated(functions: Mapping[str, Compiled], lanes: int = 1, cold: str = "") -> str:
+    """LLVM text of functions under these names, and of all functions that they call, for so many lanes.
+
+    ``cold`` is an attribute for all that are not `instructions.hot`.
+    """
     with no_collection():
-        return str(_unit(functions, lanes).module)
+        unit = _unit(functions, lanes)
+        for compiled, function in unit.defined if cold else ():
+            if not compiled.hot:
+                function.attributes.add(cold)
+        return str(unit.module)
 
 
 def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -> dict[str, str]:
@@ -80,6 +87,7 @@ class Unit:
     def __init__(self) -> None:
         self.module = ir.Module()
         self.waiting: list[tuple[Compiled, Any, int]] = []
+        self.defined: list[tuple[Compiled, Any]] = []
         self._declared: dict[tuple[int, int], Any] = {}
         self._tables: dict[int, Any] = {}
         self._kept: list[Any] = []  # objects whose ids are in use
@@ -115,6 +123,7 @@ class Unit:
             self._declared[key] = function
             self._kept.append(compiled)
             self.waiting.append((compiled, function, lanes))
+            self.defined.append((compiled, function))
         return self._declared[key]
 
     def inlined(self, function: Inlined, arguments: Sequence[Any], builder: Any, lanes: int) -> Any:

@@ -15,7 +15,9 @@ from freebody.native.instructions import (
     Integers,
     Real,
     Reals,
+    compiled,
     greater,
+    hot,
     integers_at,
     lesser,
     root,
@@ -623,3 +625,33 @@ def call_fewer(a: float) -> float:
 def test_a_function_at_the_place_of_its_call_is_refused(function, message):
     with pytest.raises(TypeError, match=rf"Expected {message}.*\(test_translation\.py, line \d+\)\. \S.+\.$"):
         translated({"f": Compiled(function)})
+
+
+@hot
+@compiled
+def doubled(x: Reals, n: int) -> None:
+    for k in range(n):
+        x[k] *= 2.0
+
+
+@compiled
+def doubled_and_summed(x: Reals, n: int) -> float:
+    doubled(x, n)
+    total = 0.0
+    for k in range(n):
+        total += x[k]
+    return total
+
+
+def test_hot_functions_alone_get_all_passes_and_results_have_the_same_bits():
+    text = translated({"f": doubled_and_summed}, cold=codegen.COLD)
+    heads = [line for line in text.splitlines() if line.startswith("define")]
+    assert [codegen.COLD in line for line in heads] == [True, False]
+    results = []
+    for passes in ("all", "hot", "few", "none"):
+        given = translated({"f": doubled_and_summed}, cold=codegen.COLD if passes == "hot" else "")
+        library = codegen.Library(codegen.optimised_code(given, passes=passes)[0])
+        f = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_int64)(library.addresses(["f"])["f"])
+        x = np.arange(37.0) / 3
+        results.append((f(x.ctypes.data, x.size), x.tobytes()))
+    assert len(set(results)) == 1

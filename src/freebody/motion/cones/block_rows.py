@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, inlined
+from ...native.instructions import Reals, compiled, hot, inlined
 from .contact_problem import Blocks
 
 BODY = 6
 """Speeds of a free body, the most frequent block: its sums are written out, since a loop waits for each term."""
 
 
+@hot
 @compiled
 def dot(x: Reals, y: Reals, n: int) -> float:
     """Return x · y, by four sums side by side, since one waits for each term."""
@@ -48,6 +49,7 @@ def block_add(y: Reals, x: float, c: Reals, n: int) -> None:
             y[i] += x * c[i]
 
 
+@hot
 @compiled
 def along(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
     """Return W_r v."""
@@ -60,6 +62,7 @@ def along(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
     return total
 
 
+@hot
 @compiled
 def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
     """Add X_r x to v."""

@@ -94,4 +94,4 @@ def compiled_code() -> Any:
     """Return the functions `find` and `collided` as machine code."""
     label = __name__.partition(".")[2]
     space = {"find": find, "collided": collided}
-    return made(label, (label,), tuple(space), lambda: space, short=True).functions
+    return made(label, (label,), tuple(space), lambda: space, passes="few").functions

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, root
+from ...native.instructions import compiled, hot, root
 from .block_rows import add, along, block_product, dot
 from .cone import add_all, residual
 from .contact_problem import DEPENDENT, NORMAL, ContactProblem, Dense
@@ -20,6 +20,7 @@ CHANGES = 10
 """Limit on the conditions that the dual method takes in, for each row of the problem."""
 
 
+@hot
 @compiled
 def lay_dense(problem: ContactProblem, dense: Dense) -> None:
     """Set A = W Xᵀ, which is symmetric."""
@@ -49,6 +50,7 @@ def is_bare(problem: ContactProblem) -> int:
     return 1
 
 
+@hot
 @compiled
 def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     """Set x to the solution of a problem without friction from zero, by the dual method; return its residual."""
@@ -73,6 +75,7 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     return residual(problem)
 
 
+@hot
 @compiled
 def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
     """Take in condition p beside the n that are held; return the new number, or -1 where none can be let go.
@@ -115,6 +118,7 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
         n = let_go(problem, dense, freed, n)
 
 
+@hot
 @compiled
 def let_go(problem: ContactProblem, dense: Dense, freed: int, n: int) -> int:
     """Let one of n conditions go, and its column of U: rotations of two rows make the rest a triangle again."""

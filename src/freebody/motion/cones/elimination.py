@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled
+from ...native.instructions import Integers, Reals, compiled, hot
 from .contact_problem import Blocks
 
 
@@ -52,6 +52,7 @@ def solved(a: Reals, n: int, b: Reals) -> int:
     return 1
 
 
+@hot
 @compiled
 def factored(a: Reals, blocks: Blocks, ends: Integers, order: Integers) -> int:
     """Replace a by factors of it, with row exchanges inside blocks; return 0 if it is singular, else 1.
@@ -78,6 +79,7 @@ def factored(a: Reals, blocks: Blocks, ends: Integers, order: Integers) -> int:
     return 1
 
 
+@hot
 @compiled
 def substitute(a: Reals, blocks: Blocks, ends: Integers, order: Integers, x: Reals) -> None:
     """Replace x by the solution of the equations with this right side, by the factors that `factored` left."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, lesser
+from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
@@ -173,6 +173,7 @@ def arrange(problem: ContactProblem, islands: Islands, island: int, m: int) -> N
     walk(problem, islands, start, m)
 
 
+@hot
 @compiled
 def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
     """Number the blocks from ``start`` on in breadth; return the last one."""

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, greater, root
+from ...native.instructions import Integers, Reals, compiled, greater, hot, root
 from .block_rows import add, along, block_add, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
@@ -190,6 +190,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
     return most
 
 
+@hot
 @compiled
 def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial) -> float:
     """Set y - r/ε, λ and F(v); return |F|."""
@@ -221,6 +222,7 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
     return 1
 
 
+@hot
 @compiled
 def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
     """Set J to 1 + Cᵀ G, G stored as the rows of the problem, and the ends of its blocks."""
@@ -246,6 +248,7 @@ def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
         spread(problem, a, G, J)
 
 
+@hot
 @compiled
 def spread(problem: ContactProblem, a: int, G: Reals, J: Reals) -> None:
     """Add the part of row ``a`` to J, if it is not zero."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater, root
+from ...native.instructions import compiled, greater, hot, root
 from .block_rows import add, dot
 from .cone import add_all, bound, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
@@ -30,6 +30,7 @@ NEW = 1e-20
 """Part of |Δf|² below which a difference depends on those before it."""
 
 
+@hot
 @compiled
 def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int) -> int:
     """Solve for x and v, with x as the guess; return the number of sweeps, or -1 on failure."""
@@ -81,6 +82,7 @@ def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int
 # -- one sweep -----------------------------------------------------------------------------------------
 
 
+@hot
 @compiled
 def sweep(problem: ContactProblem, memory: Sweeping) -> float:
     """Do one sweep; return the greatest change of a speed."""
@@ -152,6 +154,7 @@ def moved(problem: ContactProblem, a: int, impulse: float) -> float:
     return abs(change) * problem.matrix[a, 0]
 
 
+@hot
 @compiled
 def press(problem: ContactProblem, a: int, size: int, memory: Sweeping) -> None:
     """Compute the impulses of the contact at row ``a`` from its speeds without them, the other impulses fixed.
@@ -177,6 +180,7 @@ def press(problem: ContactProblem, a: int, size: int, memory: Sweeping) -> None:
         slip_in_space(problem, a, memory)
 
 
+@hot
 @compiled
 def stick(problem: ContactProblem, a: int, size: int, memory: Sweeping) -> int:
     """Set x = -A⁻¹ r by elimination in the order N, 1, 2; return 1 if this is a possible sticking impulse.
@@ -236,6 +240,7 @@ def slip_in_plane(problem: ContactProblem, a: int, memory: Sweeping) -> None:
         x[1] = clipped(-(r[1] + c_1 * x[0]) / d_1, mu * x[0])
 
 
+@hot
 @compiled
 def slip_in_space(problem: ContactProblem, a: int, memory: Sweeping) -> None:
     """Set the impulses of a contact that slips in space: the normal one beside the tangents, then those beside it.
@@ -263,6 +268,7 @@ def slip_in_space(problem: ContactProblem, a: int, memory: Sweeping) -> None:
 # -- Anderson's mixing ---------------------------------------------------------------------------------
 
 
+@hot
 @compiled
 def remember(problem: ContactProblem, memory: Sweeping) -> None:
     """Store the last differences of f and g, Δf orthogonal to those stored, unless it depends on them."""
@@ -284,6 +290,7 @@ def remember(problem: ContactProblem, memory: Sweeping) -> None:
         memory.pairs += 1
 
 
+@hot
 @compiled
 def mix(problem: ContactProblem, memory: Sweeping) -> None:
     """Replace x by the combination of the last differences of g in which |f| is least."""

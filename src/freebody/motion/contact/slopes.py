@@ -195,7 +195,7 @@ def slopes_code(name: str) -> loop.Function:
 
         return vars(phase_slopes)
 
-    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, short=True).functions[name]
+    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, passes="few").functions[name]
 
 
 def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:

@@ -32,7 +32,7 @@ _CALLED = (
 
 def code(name: str) -> Function:
     """Return a compiled function: `event_loop.go_on`, or one for a single state."""
-    return made(_MODULES[0], _MODULES, _CALLED, _functions, short=True, rare=True).functions[name]
+    return made(_MODULES[0], _MODULES, _CALLED, _functions, passes="none").functions[name]
 
 
 def _functions() -> dict[str, Any]:

@@ -378,4 +378,4 @@ def functions() -> dict[str, Any]:
         "measure": measure,
         "outside": outside_sides,
     }
-    return made(label, (label,), tuple(space), lambda: space, short=True).functions
+    return made(label, (label,), tuple(space), lambda: space, passes="few").functions

@@ -8,7 +8,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, room
+from ...native.instructions import Reals, call, compiled, greater, hot, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
@@ -67,6 +67,7 @@ def of_one_side(of: Families, i: int, j: int) -> int:
     return 1 if grouped == 1 and members.group[i] == members.group[j] else 0
 
 
+@hot
 @compiled
 def consider(of: Families, one: int, other: int, limit: float) -> None:
     """Add a pair if its members may touch and its gap is at most ``limit``."""

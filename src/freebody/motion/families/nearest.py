@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, greater, lesser, root
+from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root
 from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
 from .family_record import Core, Families, Patch
 
@@ -11,6 +11,7 @@ PARALLEL = 1e-12
 FACE_OF_A, FACE_OF_B, EDGES = 1, 2, 3
 
 
+@hot
 @compiled
 def least(core: Core, n: Reals) -> float:
     """Return the least n·v of the corners of a core."""

@@ -12,7 +12,7 @@ Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, root
+from ...native.instructions import Reals, compiled, hot, root
 from ..cones.block_rows import along
 from .stepping_record import Elimination
 
@@ -20,6 +20,7 @@ SINGULAR = 1e-14
 """Part of a diagonal entry below which its remainder is round-off."""
 
 
+@hot
 @compiled
 def cholesky(M: Reals, L: Reals, n: int, band: int) -> int:
     """Write L of L Lᵀ = M, with 1/L_ii on its diagonal; return 0 if M is not positive definite, else 1.
@@ -41,6 +42,7 @@ def cholesky(M: Reals, L: Reals, n: int, band: int) -> int:
     return 1
 
 
+@hot
 @compiled
 def back(L: Reals, n: int, band: int, b: Reals, x: Reals) -> None:
     """Set x = (L Lᵀ)⁻¹ b."""

@@ -83,7 +83,7 @@ class Functions(dict[str, Compiled]):
         )
         self.method = method
         # no matrices, and few rounds beside the evaluation of the rates or of the series
-        self.short = method.stable > 0 or method.length is not None
+        self.passes = "few" if method.stable > 0 or method.length is not None else "all"
 
 
 # -- the length of steps -------------------------------------------------------------------------------

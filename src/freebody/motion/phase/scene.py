@@ -71,7 +71,7 @@ def functions() -> dict[str, Any]:
 
         return vars(phase_kernels) | vars(projection) | vars(endings) | vars(mode_conditions)
 
-    return loop.made(_LABEL, _MODULES, _FUNCTIONS, named, short=True).functions
+    return loop.made(_LABEL, _MODULES, _FUNCTIONS, named, passes="few").functions
 
 
 def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy as np
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
 from ...model.resistance import pressers
+from ...native.loop import Function, made
 from ..cones.islands import Islands
 from ..families.memory import fill
 from ..families.meshes import most_points
@@ -18,10 +21,34 @@ from ..kernels.program import Program
 from ..moreau.stepping_record import Run
 from ..start.initial import number
 from .mean_motion import center
-from .stepped_kernels import Shape, mean_bearings
+from .stepped_kernels import Shape, mean_bearings, stepping
 
 ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
 """Limits on an island that Newton's method gets, whose matrices are dense."""
+
+
+_MODULES = ("motion.moreau.moreau", "motion.moreau.pairs")
+
+
+@cache
+def functions() -> dict[str, Function]:
+    """Return the compiled functions of this room: the steps, and the search for the deepest pairs of families."""
+
+    def named() -> dict[str, Any]:
+        from ..moreau import moreau, pairs
+
+        return vars(pairs) | vars(moreau)
+
+    return made(_MODULES[0], _MODULES, ("march", "deepest"), named, passes="hot").functions
+
+
+def kernels_and_shape(kernels: Kernels) -> tuple[Program, Shape]:
+    """Return `stepping`; the first time in a process, LLVM compiles the steps meanwhile."""
+    if functions.cache_info().currsize:
+        return stepping(kernels)
+    with ThreadPoolExecutor(1, thread_name_prefix="freebody") as pool:  # it ends: the process may fork later
+        pool.submit(functions)  # what it refuses is refused again where the steps are needed
+        return stepping(kernels)
 
 
 def memory_of(

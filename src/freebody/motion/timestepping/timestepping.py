@@ -18,7 +18,6 @@ from ...dynamics.conditions.constraints import rows as conditions
 from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
-from ...native import loop
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
@@ -40,9 +39,8 @@ from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accepted, check_laws, failure
-from .memory import memory_of
+from .memory import functions, kernels_and_shape, memory_of
 from .pair_motion import PairLog
-from .stepped_kernels import stepping
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -116,14 +114,14 @@ class _Run:
         self.h, self.count, self.model = h, count, kernels.model
         model = kernels.model
         self.parameters = kernels.parameters(values)
-        self.program, self.shape = stepping(kernels)
+        self.program, self.shape = kernels_and_shape(kernels)
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = layout_of(model)
         self.pairs = (
             PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
         )
         self._make_room()
-        self.march = loop.code("motion.moreau.moreau", "march")
+        self.march = functions()["march"]
         check_blows(kernels.model, blows, "moves in time steps")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
@@ -212,7 +210,7 @@ class _Run:
     def _gaps_of_pairs(self, y: Array) -> list[tuple[str, float]]:
         while True:
             self.memory.z[: len(y)] = y
-            loop.code("motion.moreau.pairs", "deepest")(self.memory, self.begin - self.h, 0.0)
+            functions()["deepest"](self.memory, self.begin - self.h, 0.0)
             pairs = self.memory.families.pairs
             if pairs.count <= pairs.most:
                 break
