@@ -141,3 +141,17 @@ def test_the_approach_of_pairs():
         motion = fb.simulate(s, 0.05, initial={"f_z": 0.3, "f_vz": -0.5}, **how)
         expected = 0.5 + 9.81 * motion.t
         assert motion["pile[ball,ground].approach"] == pytest.approx(expected, abs=near)
+
+
+def test_the_gap_of_a_small_box_over_a_large_one():
+    """The faces that face each other separate them equally; no corner of the large one lies over the small one."""
+    s = fb.System("boxes")
+    body = s.body("ball", fb.box(1, (0.1, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    small, large = body.box((0.1, 0.1, 0.1)), s.ground.box((1, 1, 0.1))
+    s.contacts("first", [small, large])
+    s.contacts("second", [large, small])
+    for x in (0, 0.013, 0.44):
+        motion = fb.simulate(s, 0.001, initial={"f_x": x, "f_z": 0.3})
+        for name in ("first[ball,ground]", "second[ground,ball]"):
+            assert motion[f"{name}.gap"][0] == pytest.approx(0.2, abs=1e-12)
