@@ -49,8 +49,15 @@ def friction_margin(static: Any, pressure: Any, T: Any, ratio: Any, sqrt: Callab
     return static * pressure - sqrt(square)
 
 
-OF_LENGTHS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
-OF_ANGLES = {"gap": "rad", "normal": "N m", "tangential": "N m", "slip": "rad/s", "margin": "N m"}
+OF_LENGTHS = {"gap": "m", "approach": "m/s", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
+OF_ANGLES = {
+    "gap": "rad",
+    "approach": "rad/s",
+    "normal": "N m",
+    "tangential": "N m",
+    "slip": "rad/s",
+    "margin": "N m",
+}
 """Units of the quantities of a contact."""
 
 

@@ -110,8 +110,8 @@ def simulate(
         For a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers for
         the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". For a joint "pin" is the
         magnitude of its reaction force, and "pin.force.y", "pin.moment.z" are components in ground axes. For a contact
-        "floor.gap", ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all modes
-        (:func:`timeline`).
+        "floor.gap", ".approach", ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of
+        all modes (:func:`timeline`).
     store : path, optional
         For a batch: netCDF file to which results are written as they come. If it exists and holds the same runs, only
         missing runs are computed. Runs are the same if their content is: machine, controllers, values, options, ...

@@ -12,11 +12,13 @@ import numpy as np
 from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ...model.contact import friction_margin
+from ...model.model import Model
 from ..families.pair_quantities import pair_quantities
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array, Path, observe
 from ..phase.candidates import stretch_numbers
+from ..phase.scene import ends_of_sides
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
@@ -83,6 +85,8 @@ class ContactMotion:
         Coefficient of static friction μ_s.
     least_margin : ndarray (n,)
         The margin of the forces ``least`` [N].
+    approach : ndarray (n,)
+        Speed at which the gap closes [m/s]; 0 while a rigid contact is closed.
     """
 
     gap: Array
@@ -94,6 +98,7 @@ class ContactMotion:
     least: Array
     static_friction: Array
     least_margin: Array
+    approach: Array
 
 
 class Timeline(list[Change]):
@@ -205,14 +210,15 @@ class Touching:
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
-        gaps, rates, forces, static = _by_phase(
-            motion, "contact", ("distance", "rate", "force", "static_friction")
+        gap, reach, rates, forces, static = _by_phase(
+            motion, "contact", ("gap", "reach", "rate", "force", "static_friction")
         )
         path = phases_of(motion)
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
         model = motion.kernels.model
         ratios = stretch_numbers(model, motion.values)
+        gaps, approaches = distances(model, gap, reach, rates[:, list(first.first)])
         for k, contact in enumerate(model.contacts):
             at, n = first.first[k], first.tangents[k]
             lambdas = forces[:, at : at + 1 + n] * ratios[at : at + 1 + n]
@@ -223,6 +229,9 @@ class Touching:
             pressure = lambdas[:, 0] + number(model, motion.values, contact.adhesion, "an adhesion")
             room = friction_margin(static[:, k], pressure, lambdas[:, 1:].T, ratios[at + n], np.sqrt)
             margin = np.where((modes == "open") | loose.any(axis=1), np.nan, room)
+            approach = approaches[:, k]
+            if not contact.compliant:
+                approach = np.where(modes == "open", approach, 0.0)
             result[contact.name] = ContactMotion(
                 gaps[:, k],
                 shown[:, 0],
@@ -233,10 +242,25 @@ class Touching:
                 lambdas,
                 static[:, k],
                 room,
+                approach,
             )
         for pair in motion.kernels.model.patches:
             result[pair.whole.name] = _whole(motion, pair, result)
         return ByName("contact", result)
+
+
+def distances(model: Model, gap: Array, reach: Array, rate: Array) -> tuple[Array, Array]:
+    """Return the distances of all contacts, and the speeds at which they close, by gaps, least reaches and rates.
+
+    Beyond the ends of a side they are those of its nearest corner; inf and nan where it has none.
+    """
+    beyond = reach < 0
+    distance, approach = np.where(beyond, np.inf, gap), np.where(beyond, np.nan, -rate)
+    for k, sides in ends_of_sides(model).items():
+        for side, _ in sides:
+            nearer = distance[:, k] < distance[:, side]
+            distance[nearer, side], approach[nearer, side] = distance[nearer, k], approach[nearer, k]
+    return distance, approach
 
 
 def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]) -> ContactMotion:
@@ -245,7 +269,7 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
     values = {p.name: motion.values[p.name] for p in pair.of.parameters}
     family = pair.of.families[pair.family]
-    gap, slip = pair_quantities(
+    gap, approach, slip = pair_quantities(
         rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]
     )
     some = [parts[model.contacts[pair.start + k].name] for k in range(len(pair.kinds))]
@@ -266,6 +290,7 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
         forces,
         static,
         margin,
+        np.where(mode == "open", approach, 0.0),
     )
 
 

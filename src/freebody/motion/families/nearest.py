@@ -68,6 +68,10 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
         return
     if wall == FACE_OF_B and flat > 0.0 and over_face(of, b, a, wall, flat, patch) == 1:
         return
+    if wall == FACE_OF_A and flat > 0.0 and under_face(of, a, b, wall, flat, patch) == 1:
+        return
+    if wall == FACE_OF_B and flat > 0.0 and under_face(of, b, a, wall, flat, patch) == 1:
+        return
     distance = nearest_edges(of, a, b, patch)
     if (
         flat > 0.0 and distance <= flat + ALONG * patch.extent
@@ -142,6 +146,29 @@ def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, pat
         for k in range(3):
             patch.normal[k] = n[k]
     return inside
+
+
+@compiled
+def under_face(of: Families, core: Core, other: Core, wall: int, flat: float, patch: Patch) -> int:
+    """Take the face that separates the cores best if a corner of it lies over a face of the other that does so, too.
+
+    Return 1 if so, else 0.
+    """
+    mesh, n, room, found = of.members.mesh[other.mesh :], patch.trial, ALONG * patch.extent, 0
+    for f in range(mesh[1]):
+        face, count = mesh[mesh[HEAD + f] :], mesh[HEAD + f + 1] - mesh[HEAD + f]
+        face_normal(other, face, n)
+        height = least(core, n)
+        if height - along(n, other.corners[3 * face[0] :]) >= flat - room:
+            for v in range(core.count):
+                w = core.corners[3 * v :]
+                if along(n, w) <= height + room and outside(other, face, count, n, w) <= room:
+                    found = 1
+    if found == 1:
+        mesh = of.members.mesh[core.mesh :]
+        face_normal(core, mesh[mesh[HEAD + patch.face] :], patch.normal)
+        patch.apart, patch.kind = flat, wall
+    return found
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Gap and slip of one pair of a family at the states of a motion, by its program."""
+"""Gap, approach and slip of one pair of a family at the states of a motion, by its program."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def pair_quantities(
     pair: tuple[int, int],
     times: Array,
     states: Array,
-) -> tuple[Array, Array]:
-    """Return the gap (n,), inf beside the ends of a side, and the slip along both tangents (n, 2)."""
+) -> tuple[Array, Array, Array]:
+    """Return gap and approach (n,), inf and nan beside the ends of a side, and the slip along both tangents (n, 2)."""
     model = kernels.model
     program, name = link_poses(kernels)
     constants = program.constants(kernels.parameters(values))
@@ -55,7 +55,9 @@ def pair_quantities(
         tangents = upright_tangents(n, [float(x) for x in family.upright])
     moved = _velocity(own[0], touch[:, P : P + 3]) - _velocity(own[1], touch[:, Q : Q + 3])
     beside = (touch[:, 16 : 16 + law.reaches] < 0).any(axis=1)
-    return np.where(beside, np.inf, touch[:, 0]), np.einsum("kij,kj->ki", tangents, moved)
+    approach = -np.einsum("kj,kj->k", n, moved)
+    slip = np.einsum("kij,kj->ki", tangents, moved)
+    return np.where(beside, np.inf, touch[:, 0]), np.where(beside, np.nan, approach), slip
 
 
 def patch_quantities(
@@ -65,8 +67,8 @@ def patch_quantities(
     pair: tuple[int, int],
     times: Array,
     poses: Array,
-) -> tuple[Array, Array]:
-    """Return the gap (n,) of two members that touch in a patch, and the slip where it is least (n, 2)."""
+) -> tuple[Array, Array, Array]:
+    """Return the gap (n,) of two members that touch in a patch, approach (n,) and slip (n, 2) where it is least."""
     model = kernels.model
     shapes = [member.shape for one in model.families for member in one.members]
     points = max(most_points(shape) for shape in shapes)
@@ -78,7 +80,7 @@ def patch_quantities(
     ground[[0, 4, 8]] = 1
     of.links.poses = np.concatenate([ground, poses[0]])
     measure = loop.code("motion.families.patches", "measure")
-    gap, slip = np.empty(len(times)), np.empty((len(times), 2))
+    gap, approach, slip = np.empty(len(times)), np.empty(len(times)), np.empty((len(times), 2))
     up = [float(x) for x in model.families[number].upright]
     for k, row in enumerate(poses):
         of.links.poses[POSE:] = row
@@ -90,8 +92,8 @@ def patch_quantities(
             of.links.poses[POSE * link : POSE * (link + 1)][None] for link in of.members.link[[first, second]]
         ]
         moved = _velocity(own[0], point[None, :3]) - _velocity(own[1], point[None, :3])
-        slip[k] = tangents @ moved[0]
-    return gap, slip
+        approach[k], slip[k] = -point[3:6] @ moved[0], tangents @ moved[0]
+    return gap, approach, slip
 
 
 def _velocity(pose: Array, point: Array) -> Array:

@@ -179,22 +179,14 @@ def gap(t: float, y: Reals, c: Reals, out: Reals) -> None:
 
 
 @compiled
-def distance(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to the distances of all contacts: beyond the ends of a side, that of its nearest corner.
-
-    It is infinite where a side has no corners for what is beside it.
-    """
+def reach(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the least reach of all contacts: negative beyond the ends of a side, infinite without ends."""
     phase = PhaseData(c)
     gaps_found(t, y, phase)
     for k in range(phase.contacts):
-        place = phase.gap_at[k]
-        out[k] = phase.gaps[place]
+        out[k] = INFINITE
         for j in range(phase.reaches[k]):
-            if phase.gaps[place + 1 + j] < 0.0:
-                out[k] = INFINITE
-    for k in range(phase.contacts):
-        if phase.side[k] >= 0:
-            out[phase.side[k]] = lesser(out[phase.side[k]], out[k])
+            out[k] = lesser(out[k], phase.gaps[phase.gap_at[k] + 1 + j])
 
 
 @compiled

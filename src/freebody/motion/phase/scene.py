@@ -43,7 +43,7 @@ KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
 """Kinds of modes, in the order of their numbers (`laws`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
-    "rates", "tangent", "projection", "derived", "multipliers", "gap", "distance", "rate", "acceleration", "force",
+    "rates", "tangent", "projection", "derived", "multipliers", "gap", "reach", "rate", "acceleration", "force",
     "static_friction", "watched", "looked", "set_modes",
 )  # fmt: skip
 _MODULES = tuple(
@@ -74,7 +74,7 @@ def functions() -> dict[str, Any]:
     return loop.made(_LABEL, _MODULES, _FUNCTIONS, named, passes="few").functions
 
 
-def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
+def ends_of_sides(model: Model) -> dict[int, list[tuple[int, int]]]:
     """For each corner that ends a side: the side's element, and the index of its reach that is zero there."""
     names = {c.name: k for k, c in enumerate(model.contacts)}
     result: dict[int, list[tuple[int, int]]] = {}
@@ -111,7 +111,7 @@ class Scene:
             None  # values of the last run: its coefficients are possible
         )
         self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
-        self.ends = _ends(self.model)
+        self.ends = ends_of_sides(self.model)
 
     @cached_property
     def endings(self) -> tuple[Ending, ...]:
@@ -271,11 +271,11 @@ class Phase:
         )
 
     def contact(self) -> DataProgram:
-        """Functions ``gap``, ``distance``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m)."""
+        """Functions ``gap``, ``reach``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m)."""
         E = len(self.modes)
         sizes = {
             "gap": E,
-            "distance": E,
+            "reach": E,
             "static_friction": E,
             **dict.fromkeys(("rate", "acceleration", "force"), self.scene.rows),
         }

@@ -22,10 +22,9 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
-from ...model import Model
 from ...model.contact import friction_margin
 from ...scalar.algebra import ZERO
-from ..contact.course import Change, ContactMotion, Timeline, shown
+from ..contact.course import Change, ContactMotion, Timeline, distances, shown
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array, Path, observe
@@ -376,8 +375,8 @@ class InSteps:
         model, times = self.kernels.model, motion.t
         program = gaps(self.kernels)
         gap, reach = (self._observed(program, name, times, motion.states) for name in ("gap", "reach"))
-        found = distances(model, gap, reach)
         rates = self._observed(program, "rate", times, motion.states)
+        found, approaches = distances(model, gap, reach.reshape(*gap.shape, 2).min(axis=2), rates[:, first])
         forces = self.mean_forces(times)
         none = np.zeros((len(times), len(first)), dtype=np.int64)
         modes = np.array(MODES)[
@@ -394,9 +393,12 @@ class InSteps:
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")
             margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
             mode = np.array([contact.shown(x) for x in modes[:, e]])
+            if not contact.compliant:
+                approaches[mode != "open", e] = 0.0
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu), margin,
+                approaches[:, e],
             )  # fmt: skip
         if not model.families:
             return ByName("contact", result)
@@ -479,14 +481,3 @@ class InSteps:
     def _speeds(self, place: int) -> dict[str, float]:
         model = self.kernels.model
         return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
-
-
-def distances(model: Model, gap: Array, reach: Array) -> Array:
-    """Return the distances of all contacts: beyond the ends of a side, that of its nearest corner, else infinite."""
-    result = np.where((reach.reshape(*gap.shape, 2) < 0).any(axis=2), np.inf, gap)
-    places = {contact.name: k for k, contact in enumerate(model.contacts)}
-    for k, contact in enumerate(model.contacts):
-        side = places.get(contact.owner, k)
-        if side != k and not contact.presser:
-            result[:, side] = np.minimum(result[:, side], result[:, k])
-    return result

@@ -69,7 +69,7 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
     """Return gap, mean forces, slip and mode of two members of a family."""
     model = course.kernels.model
     first, second = family.ordered(one, other)
-    gap, slip = pair_quantities(
+    gap, approach, slip = pair_quantities(
         course.kernels, course.values, family, (first, second), motion.t, motion.states
     )
     start = sum(len(f.members) for f in model.families[: model.families.index(family)])
@@ -87,6 +87,7 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
         np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,
+        np.where(mode == "open", approach, 0.0),
     )  # fmt: skip
 
 

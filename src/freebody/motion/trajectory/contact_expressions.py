@@ -121,7 +121,7 @@ def refuse_outputs(model: Model, value: Any, what: str, known: str) -> None:
     whole = re.sub(r"\s", "", found[0])
     if whole != found[0]:
         raise SimulationError(f"Expected names without blanks in {what}, got '{found[0]}'. Write '{whole}'.")
-    of = "an output of the motion" if quantity_of(model, whole) else "no name of this machine"
+    of = "an output of the motion" if quantity_of(model, whole, what) else "no name of this machine"
     raise SimulationError(
         f"Expected an expression of {known} for {what}, got '{whole}', which is {of}. Write it in these."
     )

@@ -104,7 +104,7 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
 
 
 def _of_contact(name: str, motion: Any, units: Mapping[str, str]) -> dict[str, Any]:
-    """Return gap, forces, slip, friction-cone margin and mode of a contact."""
+    """Return gap, approach, forces, slip, friction-cone margin and mode of a contact."""
 
     def along(values: Any) -> Any:
         return ("time",) if values.ndim == 1 else ("time", "tangent")
@@ -112,6 +112,10 @@ def _of_contact(name: str, motion: Any, units: Mapping[str, str]) -> dict[str, A
     about = f"of contact {name}"
     return {
         f"{name}.gap": ("time", motion.gap, {"units": units["gap"], "long_name": f"gap {about}"}),
+        f"{name}.approach": (
+            "time", motion.approach,
+            {"units": units["approach"], "long_name": f"speed at which the gap closes {about}"},
+        ),
         f"{name}.normal": (
             "time", motion.normal, {"units": units["normal"], "long_name": f"normal force {about}"},
         ),

@@ -23,7 +23,7 @@ REDUCTIONS = ("max", "min", "initial", "final", "range")
 """Numbers of a quantity for the whole run: located to the accuracy of the run, not picked from the output times."""
 AT_ENDS = ("initial", "final")
 """Those that need no search."""
-OF_CONTACTS = ("gap", "normal", "tangential", "slip", "margin", "mode")
+OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip", "margin", "mode")
 """Quantities of a contact, written ``"floor.gap"``; names and units are those of a trajectory's contacts."""
 CONTACT_MODES = ("open", "stick", "slip+", "slip-", "slip")
 """Contact modes; results hold their indices."""
@@ -194,12 +194,15 @@ def reduction(value: Any) -> tuple[str, Any]:
     return call[1], call[2].strip()
 
 
-def quantity_of(model: Model, value: Any) -> Mapping[str, OfContact | OfReaction]:
-    """Return the quantities of a contact or of a reaction that a text names; empty for other values."""
-    return _of_contact(model, value) or _of_reaction(model, value)
+def quantity_of(model: Model, value: Any, where: str = "") -> Mapping[str, OfContact | OfReaction]:
+    """Return the quantities of a contact or of a reaction that a text names; empty for other values.
+
+    ``where`` says in errors what names it, if it is no output.
+    """
+    return _of_contact(model, value, where or f"output '{value}'") or _of_reaction(model, value)
 
 
-def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
+def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]:
     """Return the components of the quantity of a contact that a text names, by what is added to the text: ".1" and
     ".2", or nothing if there is one; empty for other values. "N_floor" is "floor.normal", and "T_floor" likewise.
     """
@@ -220,18 +223,13 @@ def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
         return {}
     found = contact_named(model, name)
     if what not in OF_CONTACTS:
-        if found is not None and what == "approach":
-            raise SimulationError(
-                f"The approach of contact '{name}' is no output: events watch it, fb.event('{name}.approach'), and "
-                "motion.events has the speeds of its impacts."
-            )
         if found is not None:
             raise SimulationError(
                 f"Unknown quantity '{what}' of contact '{name}'; {nearest(what, OF_CONTACTS)}"
             )
         return {}
     if found is None:
-        raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {meant_contact(model, name)}")
+        raise SimulationError(f"Unknown contact '{name}' in {where}; {meant_contact(model, name)}")
     k, count = found.name, found.tangents if what in ("tangential", "slip") else 1
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"

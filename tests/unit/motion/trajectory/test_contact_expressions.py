@@ -1,5 +1,6 @@
-"""Expressions of quantities of contacts in events: what is refused, in the user's names."""
+"""Quantities of contacts as outputs and in events: what is refused, in the user's names, and the approach."""
 
+import numpy as np
 import pytest
 
 import freebody as fb
@@ -64,12 +65,28 @@ def test_blows_are_not_called_by_outputs():
         fb.simulate(machine(), 1, initial={"f_z": 0.2}, impulses=[kick])
 
 
-def test_the_approach_is_no_output():
-    motion = fb.simulate(machine(), 0.1, initial={"f_z": 0.2})
+def test_the_approach_is_an_output():
+    """It is g t as the ball falls, 0 while it lies; its greatest value is that of the impact."""
+    motion = fb.simulate(machine(), 0.3, initial={"f_z": 0.2})
+    height = float(motion.contacts["floor"].gap[0])
+    falls = motion.t < np.sqrt(2 * height / 9.81)
+    assert motion["floor.approach"][falls] == pytest.approx(9.81 * motion.t[falls], abs=1e-9)
+    lies = motion.contacts["floor"].mode != "open"
+    assert lies.any() and not motion["floor.approach"][lies].any()
+    batch = fb.simulate(machine(), 0.3, initial={"f_z": [0.2, 0.3]}, outputs="max(floor.approach)")
+    assert batch["max(floor.approach)"][0] == pytest.approx(np.sqrt(2 * 9.81 * height), rel=1e-8)
+    assert motion.data["floor.approach"].attrs["units"] == "m/s"
+    steps = fb.simulate(machine(), 0.3, initial={"f_z": 0.2}, method="timestepping", step=1e-3)
+    assert steps["floor.approach"].max() == pytest.approx(np.sqrt(2 * 9.81 * height), abs=0.02)
+    assert steps["floor.approach"][-1] == 0
+
+
+def test_an_unknown_contact_of_an_event():
     with pytest.raises(
-        fb.errors.SimulationError, match="approach of contact 'floor' is no output: events watch it"
+        fb.errors.SimulationError,
+        match=r"Unknown contact 'nosuch' in event 'nosuch.normal - 5'; known names: floor",
     ):
-        motion["floor.approach"]
+        fb.simulate(machine(), 0.1, initial={"f_z": 0.2}, events=[fb.event("nosuch.normal - 5")])
 
 
 def test_time_steps_refuse_them():
@@ -87,3 +104,54 @@ def test_an_expression_without_a_value_at_the_start_is_refused():
         fb.errors.SimulationError, match="expected a number for event 'e' at t = 0 s.*force or slip"
     ):
         fb.simulate(machine(), 1, initial={"f_z": 0.2}, events=[fb.event("1/floor.normal", name="e")])
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "timestepping", "step": 1e-3}])
+def test_the_approach_is_the_rate_of_the_distance(how):
+    """Beyond the ends of a side it is that of the corner, for a point there is none; of pairs in a family, too."""
+    s = fb.System("past a ledge")
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    s.planar("p", s.ground, ball, coordinate="x y turn")
+    side = s.ground.segment((-1, 0, 0), (0, 0, 0), normal="y")
+    s.contact("round", ball.sphere(0.1), side)
+    s.contact("point", ball.origin, side)
+    s.contact("road", ball.sphere(0.05), s.ground.heightline("0*x + 0.1*x", between=(-1, 0)))
+    motion = fb.simulate(s, 0.6, initial={"x": -0.5, "y": 0.4, "x'": 1.5, "y'": -0.4, "turn'": 3}, **how)
+    assert {one.mode for one in motion.modes} <= {"open"}
+    t, x = motion.t, motion["x"]
+    for name in ("round", "point", "road"):
+        gap, approach = motion.contacts[name].gap, motion.contacts[name].approach
+        known = np.isfinite(gap)
+        assert (known == np.isfinite(approach)).all() and known.all() == (name != "point")
+        if name == "point":
+            assert (known == (x <= 0)).all()
+        rate = np.gradient(gap[known], t[known])
+        assert np.median(np.abs(rate + approach[known])) < 1e-4
+
+
+def test_the_approach_of_pairs():
+    """In patches by events, and in a family in time steps."""
+    s = fb.System("boxes")
+    s.gravity = (0, 0, -9.81)
+    body = s.body("ball", fb.box(1, (0.1, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    shapes = [body.box((0.1, 0.1, 0.1)), s.ground.box((1, 1, 0.1), at=(0, 0, -0.1))]
+    s.contacts("pile", shapes, friction=0.3)
+    for how, near in (({}, 1e-9), ({"method": "timestepping", "step": 1e-3}, 1e-2)):
+        motion = fb.simulate(s, 0.05, initial={"f_z": 0.3, "f_vz": -0.5}, **how)
+        expected = 0.5 + 9.81 * motion.t
+        assert motion["pile[ball,ground].approach"] == pytest.approx(expected, abs=near)
+
+
+def test_the_gap_of_a_small_box_over_a_large_one():
+    """The faces that face each other separate them equally; no corner of the large one lies over the small one."""
+    s = fb.System("boxes")
+    body = s.body("ball", fb.box(1, (0.1, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    small, large = body.box((0.1, 0.1, 0.1)), s.ground.box((1, 1, 0.1))
+    s.contacts("first", [small, large])
+    s.contacts("second", [large, small])
+    for x in (0, 0.013, 0.44):
+        motion = fb.simulate(s, 0.001, initial={"f_x": x, "f_z": 0.3})
+        for name in ("first[ball,ground]", "second[ground,ball]"):
+            assert motion[f"{name}.gap"][0] == pytest.approx(0.2, abs=1e-12)
