@@ -120,7 +120,7 @@ def show(live: Live) -> None:
     """Compute states and outputs of the frames."""
     live.run.sampled = 0
     sample(live.run, live.steps, live.dense, live.frames, live.times, live.states[0])
-    for k in range(live.frames):
+    for k in range(live.frames if live.n_outputs > 0 else 0):
         live.observation(live.times[k], live.states[k], live.constants, live.outputs[k])
 
 

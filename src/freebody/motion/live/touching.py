@@ -121,7 +121,8 @@ def show(live: Live, it: EventRun, fresh: int) -> int:
     sample(live.viewer, n, live.dense, live.frames - at, live.times[at:], live.states[at])
     work = live.n_state
     for k in range(at, live.frames):
-        hold.observing(live.times[k], live.states[k], hold.phase, live.outputs[k])
+        if live.n_outputs > 0:
+            hold.observing(live.times[k], live.states[k], hold.phase, live.outputs[k])
         live.states[k, work] += it.impulses
     return 1
 

@@ -97,7 +97,11 @@ class TouchingMachine:
     def programs(self, addresses: Mapping[str, int], constants: int) -> tuple[DataProgram, DataProgram]:
         """Data of the functions of phases, and of all contacts, for functions at these addresses."""
         scene, count = self.scene, len(self.setting.specs)
-        kernels = Placed({**addresses, "values": addresses.get("events", 0)}, constants)
+        absent = {
+            "observation": 0,
+            "values": addresses.get("events", 0),
+        }  # functions that may have no outputs
+        kernels = Placed({**absent, **addresses}, constants)
         driven, loaded = self.candidates.driven, bool(self.scene.loaded)
         source = Source(
             addresses.__getitem__, kernels, kernels if driven else None, kernels if loaded else None

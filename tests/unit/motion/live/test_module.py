@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from contact_machines import ball_on_plane
 from freebody.errors import FormatError
 from freebody.motion.ending import End
 from freebody.motion.live.export import setting_of
@@ -82,6 +83,20 @@ def test_program_to_wasm():
     wasm.tolerances[:] = 1e-5
     wasm()
     assert float(wasm.reached) == 0.5 and int(wasm.steps) < motion.steps / 4
+
+
+@pytest.mark.parametrize(
+    ("machine", "start"),
+    [(double_pendulum, {"q1": 1.0}), (ball_on_plane, {"flight_z": 0.3, "flight_vx": 5.0})],
+)
+def test_no_outputs_are_needed(machine, start):
+    s = machine()
+    wasm = InWasm(fb.compile(s).to_wasm(0.6, initial=start))
+    states = wasm()
+    motion = fb.simulate(s, 0.6, initial=start, method="dop853", tolerance=1e-10)
+    assert float(wasm.reached) == 0.6 and wasm.module.outputs == ()
+    n = len(motion.names)
+    assert np.abs(states[-1, :n] - motion.path.sample(np.array([0.6]))[0, :n]).max() < 1e-6
 
 
 def test_its_interface_is_written_beside_it(tmp_path):
