@@ -6,8 +6,8 @@ actuators at random controls), forward dynamics a and the poses of all bodies ar
 largest entries, a by the residual M a + h of MuJoCo's M and h, relative to |M| |a| + |h|, which does not depend on the
 condition of M, and poses relative to the size of the machine.
 
-Where they differ by more than `CLOSE`, MuJoCo gets freebody's inertias in exact principal axes, and is compared again. What
-else MuJoCo has and freebody does not read must stand in the report of the file.
+Where they differ by more than `CLOSE`, MuJoCo gets freebody's inertias in exact principal axes, and is compared again.
+What else MuJoCo has and freebody does not read must stand in the report of the file.
 """
 
 from __future__ import annotations
