@@ -5,6 +5,9 @@ equalities in both (:func:`tree_of`). At random states, mass matrix M, bias forc
 actuators at random controls), forward dynamics a and the poses of all bodies are compared: M and h relative to their
 largest entries, a by the residual M a + h of MuJoCo's M and h, relative to |M| |a| + |h|, which does not depend on the
 condition of M, and poses relative to the size of the machine.
+
+Where they differ by more than `CLOSE`, MuJoCo gets freebody's inertias in exact principal axes, and is compared again.
+What else MuJoCo has and freebody does not read must stand in the report of the file.
 """
 
 from __future__ import annotations
@@ -123,16 +126,18 @@ class Peer:
 
     def unsaid(self, system: Any) -> list[str]:
         """Return what the model has beside what is compared and the report does not say."""
-        m, said = self.model, str(system.reading)
+        m = self.model
+        said = "\n".join(f"{note.what}: {note.element} {note.detail}" for note in system.reading.notes)
         spatial = [
-            m.tendon(i).name or f"tendon{i + 1}"
+            i
             for i in range(m.ntendon)
             if int(m.wrap_type[m.tendon_adr[i]]) != int(self.mujoco.mjtWrap.mjWRAP_JOINT)
         ]
         there = {
             "weight acts in full": m.body_gravcomp.any(),
             "no fluid acts": m.opt.density or m.opt.viscosity,
-            "limits=True": m.jnt_limited.any() or m.tendon_limited.any(),
+            "limits=True": m.jnt_limited.any()
+            or any(m.tendon_limited[i] for i in range(m.ntendon) if i not in spatial),
             "friction=True": m.dof_frictionloss[m.jnt_dofadr[m.jnt_type != FREE]].any(),
             "nothing touches": m.ngeom > 1 and (m.geom_contype.any() or m.geom_conaffinity.any()),
             "spatial tendon": spatial,

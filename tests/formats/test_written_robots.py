@@ -523,6 +523,11 @@ def loop(s: fb.System) -> None:
 REFUSED: dict[str, tuple[str, Any, str]] = {
     "gravity": ("urdf", lambda s: setattr(s, "gravity", (0, -9.81, 0)), "gravity (0, -9.81, 0): the format has none, and what reads it takes 9.81 against z; set s.gravity = (0, 0, -9.81)"),
     "ball": ("urdf", lambda s: s.ball("j", s.ground, on_ground(s)), "ball 'j': the format has no ball joint; use a gimbal, or write a .xml file (MJCF)"),
+    "stop of a free joint": ("xml", lambda s: s.stop("wall", s.free("j", s.ground, on_ground(s)), high=1), "stop 'wall': in the format a free joint has no limits"),
+    "friction of a free joint": ("xml", lambda s: s.friction("dry", s.free("j", s.ground, on_ground(s)), torque=1), "friction 'dry': in the format the friction of a free joint resists its displacement, too"),
+    "restitution of a ball": ("xml", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1, restitution=0.5), "stop 'wall': its restitution; limits do not rebound, leave out restitution="),
+    "stop of a ball": ("urdf", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1), "ball 'j': the format has no ball joint"),
+    "family": ("xml", lambda s: s.contacts("pile", [on_ground(s).sphere(0.1)], against=[s.ground.plane(normal="z")]), "families of contacts stay in Python and in .toml files"),
     "screw": ("xml", lambda s: s.screw("j", s.ground, on_ground(s), pitch=0.1), "screw 'j': the format has no screw; write the drive as a hinge"),
     "path": ("xml", lambda s: s.path_joint("j", s.ground, on_ground(s), coordinate="x", position=("x", "x^2", 0)), "path joint 'j': the format has no joint by functions"),
     "armature": ("urdf", lambda s: moving(s, armature=2), "hinge 'body_pin': the format has no armature; add it to the inertia, or write a .xml file (MJCF)"),

@@ -194,6 +194,7 @@ def document(
         "<h2>Plots</h2>\n" + charts(scene, symbols),
         balances(trajectory, symbols, equations, drawn),
         _model(s, trajectory, symbols),
+        _reading(s),
         _figures(figures or {}),
         _footer(trajectory, scene),
     ]
@@ -213,6 +214,14 @@ def _warnings(trajectory: Trajectory) -> str:
     """Warnings about the motion, at the top of the page."""
     lines = "".join(f"<li>{escape(str(warning))}</li>" for warning in trajectory.warnings)
     return f"<h2>Warnings</h2>\n<ul>{lines}</ul>" if lines else ""
+
+
+def _reading(s: System) -> str:
+    """What the reader of a robot's file read, changed and left out."""
+    if s.reading is None:
+        return ""
+    first, *notes = map(escape, str(s.reading).splitlines())
+    return f"<h2>File</h2>\n<p>{first}</p>\n<ul>{''.join(f'<li>{note}</li>' for note in notes)}</ul>"
 
 
 class Html(str):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -70,6 +71,7 @@ def floats(values: Any, *shape: int) -> np.ndarray:
 
 
 def test_the_page_has_every_section(text):
+    assert "<h2>File</h2>" not in text
     for heading in (
         "Answers",
         "Plots",
@@ -386,6 +388,20 @@ def test_a_parameter_that_is_drawn_with_another_value_is_said(pendulum):
     other = document(s, motion, equations=True, drawn={"values": {name: 1.25 * value}})
     assert "not to scale" not in plain
     assert re.search(rf"not to scale.*{1.25 * value:.6g} in place of {value:.6g}\.</p>", other)
+
+
+def test_what_was_read_of_a_file_is_said(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        """<robot name="arm"><gazebo/><link name="w"/><link name="a"><inertial><mass value="1"/><origin xyz="1 0 0"/>
+        <inertia ixx="1" iyy="1" izz="1"/></inertial></link><joint name="j" type="continuous"><parent link="w"/>
+        <child link="a"/></joint></robot>"""
+    )
+    s = fb.read(path)
+    text = document(s, fb.simulate(s, 0.1))
+    assert "<h2>File</h2>\n<p>Read from arm.urdf: 1 joint, 2 links.</p>" in text
+    assert all(f"<li>{html.escape(line)}</li>" in text for line in str(s.reading).splitlines()[1:])
+    assert "&lt;gazebo&gt;" in text
 
 
 def test_a_trajectory_of_another_system_is_refused(pendulum, tmp_path):
