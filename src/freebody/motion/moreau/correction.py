@@ -50,9 +50,11 @@ def correct(run: Run, islands: Islands, t: float) -> int:
             error = greater(error, abs(run.end.phi[i]))
         if error <= DEEP or not math.isfinite(error):
             break
-        failure = NONE
+        failure, laid = NONE, 0
         if k == 0 and lands(run) == 1:
-            failure = slow(run, islands, t, depth)
+            failure, laid = slow(run, islands, t, depth), 1 if run.constraints == run.holonomic else 0
+        if failure == NONE and laid == 0:
+            failure = lay(run, t, depth, run.holonomic)
         if failure == NONE:
             failure = separate(run, islands, t, depth)
         if failure != NONE:
@@ -210,11 +212,8 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
 
 @compiled
 def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
-    """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
+    """Move z by one step, 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ), whose rows are laid."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
-    failure = lay(run, t, depth, count)
-    if failure != NONE:
-        return failure
     for i in range(machine.n):
         shift[i] = 0.0
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
