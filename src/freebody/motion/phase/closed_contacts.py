@@ -36,7 +36,6 @@ from .contact_outputs import (
     moved,
     product,
     rates_of,
-    row_added,
     row_taken,
     static_friction_of,
 )
@@ -57,8 +56,8 @@ def set_share(phase: PhaseData, k: int, slip: int) -> None:
     share, mu = phase.share[k], positive(friction(phase, k))
     if slip == laws.ALONG:
         v = rates_of(phase, k)
-        ratio = -mu / root(v[1] * v[1] + v[2] * v[2])
-        share[0], share[1] = ratio * v[1], ratio * v[2]
+        speed = root(v[1] * v[1] + v[2] * v[2])
+        share[0], share[1] = -mu * v[1] / speed, -mu * v[2] / speed
     elif slip == laws.FIXED:
         for j in range(2):
             share[j] = -static_friction_of(phase, k) * phase.direction[k, j]
@@ -106,13 +105,11 @@ def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
     """Add the friction of a slip, or the moments that resist rolling or spinning, per unit of normal force to K."""
     spare = phase.spare
     set_share(phase, k, slip)
-    for p in range(phase.n):
-        spare[p] = 0.0
     for j in range(phase.tangents[k]):
-        row_added(phase, phase.first[k] + 1 + j, phase.share[k, j], spare)
-    forwarded(phase, spare)
-    for p in range(phase.n):
-        K[p] += spare[p]
+        row_taken(phase, phase.first[k] + 1 + j, spare)
+        forwarded(phase, spare)
+        for p in range(phase.n):
+            K[p] += phase.share[k, j] * spare[p]
 
 
 @compiled

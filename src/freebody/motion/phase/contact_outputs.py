@@ -129,14 +129,6 @@ def row_taken(phase: PhaseData, r: int, v: Reals) -> None:
 
 
 @compiled
-def row_added(phase: PhaseData, r: int, part: float, v: Reals) -> None:
-    """Add ``part`` of row r of the contacts to v, in the order of elimination."""
-    columns, W = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :]
-    for p in range(phase.entries[r]):
-        v[columns[p]] += part * W[p]
-
-
-@compiled
 def row_along(phase: PhaseData, r: int, u: Reals) -> float:
     """Return row r of the contacts times u, in the order of the speeds."""
     columns, W, total = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :], 0.0
