@@ -55,6 +55,20 @@ def test_a_round_shape_on_a_heightline(kind):
     assert slopes == pytest.approx(list(map(float, rows.matrix[0])), abs=1e-12)
 
 
+def test_equations_have_the_foot_as_a_symbol_with_its_equation():
+    """N at rest is the share of the weight along the normal."""
+    s = fb.System("wheel")
+    s.gravity = (0, -9.81, 0)
+    wheel = s.body("wheel", fb.disk(2, 0.2))
+    s.planar("p", s.ground, wheel, coordinate="x y f")
+    s.contact("road", wheel.circle(0.2), s.ground.heightline("x^2"), friction=0.6)
+    equations = fb.equations(s, modes={"road": "stick"})
+    assert len(equations.constraints) == 3 and "x_road" in str(equations.constraints[-1])
+    N = equations.solve("N_road", where={"x'": 0, "y'": 0, "f'": 0})["N_road"]
+    at = {str(symbol): symbol for symbol in N.free_symbols}
+    assert float(N.subs(at["x_road"], 0.3)) == pytest.approx(2 * 9.81 / np.hypot(1, 0.6))
+
+
 def test_the_far_side_of_an_end_is_told():
     """``reach`` is what the centre lacks to the ends, above which the foot is in the line."""
     s = fb.System("kerb")

@@ -146,7 +146,8 @@ def _raised(
     c = [dot(column, up) for column in A]
     way = [sum(x * column[k] for x, column in zip(c, A, strict=True)) for k in range(3)]
     rates = [dot(one.normal, way) * (1 if first else -1) for one, first in zip(at, feature, strict=True)]
-    rises = [-one.gap / rate for one, rate in zip(at, rates, strict=True) if rate > LEAST]
+    over = [all(x >= 0 for x in one.reach) for one in at]
+    rises = [-one.gap / rate for one, rate, it in zip(at, rates, over, strict=True) if rate > LEAST and it]
     if not rises:
         return {}
     return {model.coordinate_names[i]: q[i] + max(rises) * x for i, x in zip(slides, c, strict=True) if x}

@@ -109,8 +109,9 @@ class Derivation(CanonicalModel):
     @property
     def _residuals(self) -> list[Scalar]:
         """Residuals of the constraints that do not hold identically, and the equations of roots that have symbols."""
+        residuals = self.conditions.residual  # first: it makes the roots
         roots = [g.root.residual for g in self.ring.generators if g.root is not None]
-        return [x for x in [*self.conditions.residual, *roots] if x != 0]
+        return [x for x in [*residuals, *roots] if x != 0]
 
     @cached_property
     def constraint_wrenches(self) -> list[Any]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from ...errors import ExpressionError, ModelError
+from ...errors import ExpressionError, ModelError, TooManyTermsError
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio
@@ -224,6 +224,8 @@ class Request:
         """Return an equation as a polynomial in the unknowns, or refuse it."""
         try:
             terms = collect(x, places, self.ring)
+        except TooManyTermsError:
+            raise
         except ValueError as error:
             g = self.ring.generators[error.args[0]]
             name = places[g.index][0]

@@ -28,7 +28,7 @@ def test_the_page_prints_what_it_says(capsys):
     """Every block of code runs, in order, and prints the block of text below it."""
     names: dict[str, object] = {}
     blocks = re.findall(r"```python\n(.*?)```\n\n(?:[^`]*?)```text\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 10
+    assert len(blocks) == 12
     for code, said in blocks:
         exec(code, names)
         assert capsys.readouterr().out == said

@@ -65,3 +65,26 @@ def test_a_hidden_frame_is_not_drawn_but_its_coordinates_are() -> None:
     drawing = draw(entries()["prob-6-10"].build())
     bodies = {g.attributes["data-body"] for g in groups(drawing, "body")}
     assert bodies == {"disk"} and r"$\theta$" in texts(drawing)
+
+
+def test_a_heightline_is_drawn_through_the_foot_of_a_wheel() -> None:
+    """Under the whole wheel, and no farther than to its ends; the dot of the contact lies on the line."""
+    s = fb.System("road")
+    s.gravity = (0, -9.81, 0)
+    wheel = s.body("wheel", fb.disk(1, 0.2))
+    s.planar("plane", s.ground, wheel, coordinate="x y turn")
+    s.contact("road", wheel.circle(0.2), s.ground.heightline("0.1*cos(3*x)", between=(-0.1, 3)))
+    s.contact("far", wheel.circle(0.2), s.ground.heightline("0.2*x", between=(8, 9)))
+    drawing = draw(s, at=fb.on_floor(s, initial={"x": 0.05}))
+    lines = [item.points for group in groups(drawing, "plane") for item in group.items]
+    line, other = sorted(lines, key=len)[-1:-3:-1]
+    assert len(line) > 20 > len(other)
+    (dot,) = groups(drawing, "contact")
+    scale = scale_of(drawing)
+    at = dot.items[0].center
+    assert np.abs(line - at).sum(axis=1).min() < 0.02 * scale
+    foot = 0.05
+    for _ in range(50):  # foot - R f'/w = 0.05
+        foot = 0.05 + 0.2 * (slope := -0.3 * np.sin(3 * foot)) / np.hypot(1, slope)
+    assert (at[0] - line[:, 0].min()) / scale == pytest.approx(foot + 0.1, abs=1e-6)
+    assert line[:, 0].max() > at[0] + (0.25 - foot) * scale
