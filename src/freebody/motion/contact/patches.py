@@ -130,6 +130,8 @@ class Patches:
             now = self._beside(p, t, y, [at[place] for place in open_places])
             edge = {k: d for k, d in zip(open_places, now, strict=True) if d > -self._band(p)}
             then = self._beside(p, t + dt, later, [at[place] for place in edge])
+            if edge:
+                self._measure(p, t, y)
             for place in open_places:
                 self._count(pair, place, True)
             for (place, before), after in zip(edge.items(), then, strict=True):
@@ -139,10 +141,20 @@ class Patches:
         """Return how far places of a pair lie outside their sides at a state."""
         if not places:
             return []
-        it = self.it
+        self._measure(p, t, y)
+        return [float(self.functions["outside"](self.it, at)) for at in places]
+
+    def _measure(self, p: int, t: float, y: Array) -> float:
+        """Set the patch of a pair to that at a state; return its gap."""
         self.look(t, y)
-        self.functions["measure"](it.families, it.first[p], it.second[p], 0.0)
-        return [float(self.functions["outside"](it, at)) for at in places]
+        return self._gap(p)
+
+    def _gap(self, p: int) -> float:
+        """Set the patch of a pair to that at the poses of the links; return its gap."""
+        it = self.it
+        return float(
+            self.functions["measure"](it.families, it.first[p], it.second[p], 2 * float(it.limit[p]))
+        )
 
     def _band(self, p: int) -> float:
         """Return the distance inside a side from which a place is at its end."""
@@ -156,8 +168,9 @@ class Patches:
         it, pair, places = self.it, self.pairs[p], self.places[p]
         if places and self.functions["kept"](it, p):
             return False
-        limit = 2 * float(it.limit[p])
-        gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
+        gap = self._gap(p)
+        if gap < -feature_changes.SUNK * it.limit[p] and self.ready:
+            raise self._sunk(pair, t, -gap)
         patch, round_pair = it.families.patch, it.families.one.radius + it.families.other.radius > 0
         found: list[tuple[int, ...]] = []
         if gap <= near:
@@ -239,6 +252,14 @@ class Patches:
             f"Edges of '{pair.whole.name}' that are parallel, or an edge and a corner, meet at t = {t:.9g} s, and the "
             "direction of their force is open: rigid bodies do not decide what happens there. Turn one of them a "
             'little at the start, or take method="timestepping" with step=.'
+        )
+
+    def _sunk(self, pair: Any, t: float, depth: float) -> SimulationError:
+        """Return the error for solids that sink into each other."""
+        return SimulationError(
+            f"The solids of '{pair.whole.name}' are {depth:.3g} m in each other at t = {t:.9g} s: a place where they "
+            "touch was passed over, as may happen where an edge lies almost flat on a face. Change the start a little, "
+            'or take method="timestepping" with step=.'
         )
 
     def _links(self, p: int) -> list[int]:

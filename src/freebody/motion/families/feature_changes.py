@@ -44,6 +44,8 @@ PARALLEL = 1e-9
 """Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
 ROUNDED = 1e-7
 """Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
+SUNK = 1e-4
+"""Depth, relative to the limit, beyond which solids have sunk into each other by no round-off."""
 BAND, AWAY = 2.0 * BESIDE, 4.0
 """Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
 at which any place leaves."""
@@ -106,10 +108,11 @@ def follow(it: Followed) -> int:
 
 @compiled
 def kept(it: Followed, p: int) -> int:
-    """Return 1 if the places of a pair hold at the poses of the links, else 0."""
+    """Return 1 if the places of a pair hold at the poses of the links, else 0, as where one was passed over."""
     of, features = it.families, it.features[4 * it.most * p :]
     patch = of.patch
-    measure(of, it.first[p], it.second[p], FAR)
+    if measure(of, it.first[p], it.second[p], FAR) < -SUNK * it.limit[p]:
+        return 0
     for k in range(patch.count):
         one = patch.features[4 * k :]
         has_place = patch.points[k, 6] <= it.limit[p] and counts(it, k) != 0

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import freebody as fb
+from freebody.errors import SimulationError
 from freebody.model.patched import CORNER_ON_EDGE, EDGE_ON_CORNER
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.kernels.kernels import kernels_of
@@ -151,3 +152,21 @@ def test_a_pair_that_is_apart_has_no_places():
     patches.functions["follow"](patches.it)
     assert patches.it.result[0] == pytest.approx(0.1, abs=1e-15) and patches.it.used[0] == -1
     assert (run.look(0.0, y, run.parameters).reach < 0).all()
+
+
+def test_solids_that_have_sunk_into_each_other_are_refused():
+    """As where a place was passed over; their features could go on, and nothing else would tell."""
+    run = run_of("box", "cube")
+    y = np.zeros(26)
+    y[3] = y[10] = 1
+    y[7:10] = -0.05, 0, 0.6  # the cube on the box
+    assert run.patches.changed(0.0, y)
+    y[7:10] = 0.25, 0, 0.6 - 1e-3  # beyond the end of the box
+    message = (
+        r"solids of 'pair\[a,b\]' are 0.001 m in each other at t = 0.2 s: a place where they touch was passed"
+    )
+    with pytest.raises(SimulationError, match=message):
+        run.patches.changed(0.2, y)
+    y[7] = -0.05  # also with the same features
+    with pytest.raises(SimulationError, match="0.001 m in each other"):
+        run.patches.changed(0.2, y)
