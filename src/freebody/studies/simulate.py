@@ -118,9 +118,8 @@ def simulate(
     threads : int, optional
         For a batch: number of threads that share the lanes; all processors if not given. Results do not depend on it.
     executor : concurrent.futures.Executor, optional
-        For a batch: executor that runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. It uses all
-        processors for motions with contacts, which threads do not speed up. If a process dies, its lanes are "waiting",
-        and ``reason`` says why.
+        For a batch: executor that runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. If a process dies,
+        its lanes are "waiting", and ``reason`` says why.
     sensitivities : sequence of names, optional
         Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
         ``trajectory.sensitivity["theta", "m"]``. Step-size control covers the derivatives. In a batch, "d(theta)" has

@@ -7,10 +7,12 @@ several legs.
 from __future__ import annotations
 
 import contextlib
+from typing import Any
 
 from ..ending import FAILED, End
 from ..kernels.methods import Way
 from ..ode import layout, loops
+from ..ode.dense_output import Rates
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
 from ..trajectory.in_legs import ONE_LEG
@@ -48,11 +50,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     p, request, kernels = problem, problem.request, problem.kernels
     parameters, rates = kernels.at(p.numbers)
     state, absolute = with_work(problem, rates)
-    way = Way(
-        kernels, parameters, request.method, rates, p.tolerances, step=request.step, max_step=request.longest_step,
-        max_steps=p.most_steps, watch=watching(kernels, parameters, p.specs, p.expressions),
-        stalls=lambda t, y: bool(massless(kernels, p.numbers, t, y)),
-    )  # fmt: skip
+    way = _way(problem, parameters, rates)
     passing = kernels.active and request.step is None
     halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
     path = way.path(state, p.begin, p.end, absolute, between, halt)
@@ -64,3 +62,22 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     if path.status in FAILED:
         raise failure(trajectory, path, kernels, p.end, p.specs)
     return trajectory
+
+
+def _way(problem: Problem, parameters: Any, rates: Rates) -> Way:
+    """Return the way of a run; that of the last run with the same numbers and options serves again."""
+    p, request, kernels = problem, problem.request, problem.kernels
+    options = request.method, request.tolerance, request.longest_step, p.most_steps
+    again = not p.specs and request.step is None and isinstance(request.tolerance, float)
+    way: Way | None = rates.ways.get(options) if again else None
+    if way is None:
+        way = Way(
+            kernels, parameters, request.method, rates, p.tolerances, step=request.step,
+            max_step=request.longest_step, max_steps=p.most_steps,
+            watch=watching(kernels, parameters, p.specs, p.expressions),
+            stalls=lambda t, y: bool(massless(kernels, p.numbers, t, y)),
+        )  # fmt: skip
+        if again:
+            rates.ways.clear()
+            rates.ways[options] = way
+    return way

@@ -38,6 +38,7 @@ class Rates:
     ``method_constants``  offset of their constants in ``constants``
     ``recipe``            a function and its arguments that make the same rates in another process
     ``equipped``          cache: these rates with the further kernels of a method, by name of the method
+    ``ways``              cache: the ways of runs by these rates (`kernels.methods.Way`), by their options
     """
 
     address: int
@@ -51,6 +52,7 @@ class Rates:
     method_constants: int = 0
     recipe: tuple[Any, ...] = field(default=(), repr=False, compare=False)
     equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
+    ways: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __deepcopy__(self, memo: Any) -> Rates:
         return self  # code and constants never change
