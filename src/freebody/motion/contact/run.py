@@ -70,7 +70,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
                 if answer == event_run.PAUSE or it.stop:
                     between(it.t)
                 answered(work, answer)
-                few *= 2
+                few = min(2 * few, event_run.NO_PAUSE)
                 it.budget = few
                 if answer == event_run.PAUSE and between.is_long:
                     it.budget = event_run.NO_PAUSE
@@ -174,7 +174,7 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
 def tell(work: ContactRun, told: object) -> None:
     """Add a happening to the log."""
     it = work.it
-    work.memory.longer_log()
+    work.memory.fit_entry()
     work.told.append(told)
     it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
@@ -217,7 +217,7 @@ def changed(work: ContactRun) -> bool:
         if spec.direction not in (0, sign):
             continue
         if k < work.asked:
-            work.memory.longer_log()
+            work.memory.fit_entry()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
         elif work.counts[k - work.asked] > 0:

@@ -160,3 +160,16 @@ def test_the_timeline_says_where_limits_of_open_forces_are_not_watched():
         "the slip stopped; open forces hold it at rest, asked every 1 ms at most: a shorter slip is not seen"
     )
     assert str(history.happenings[-1]).endswith(f"slip + → stick, {change.why}")
+
+
+def test_the_loop_may_ask_for_python_any_number_of_times():
+    """Its budget of steps doubles with each question, up to one that does not end."""
+    s = fb.System("kicked")
+    s.gravity = (0, -9.81, 0)
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.contact("floor", ball.point(0, 0, 0), s.ground.plane(at=(0, -1, 0)))
+    kick = fb.blow(fb.event("y", direction=-1), at=ball, normal=(0, 1, 0), restitution=1)
+    motion = fb.simulate(s, 20, initial={"y": 0.1}, impulses=[kick])
+    assert motion.status == "finished" and len(motion.happenings) > 64
+    assert motion.energy.relative_residual < 1e-9
