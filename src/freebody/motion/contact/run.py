@@ -291,6 +291,11 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
             f"method='timestepping' with step=."
         )
+    if why == event_run.NO_STATE:
+        return SimulationError(
+            f"The motion of '{model}' has no finite state at the event at t = {t:.9g} s, in a step from {start:.9g} s, "
+            "as where slips lose their direction. Change the start a little, or take method='timestepping' with step=."
+        )
     if why == event_run.PASSED_OVER:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
