@@ -174,7 +174,7 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
 def tell(work: ContactRun, told: object) -> None:
     """Add a happening to the log."""
     it = work.it
-    work.memory.longer_log()
+    work.memory.fit_entry()
     work.told.append(told)
     it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
@@ -217,7 +217,7 @@ def changed(work: ContactRun) -> bool:
         if spec.direction not in (0, sign):
             continue
         if k < work.asked:
-            work.memory.longer_log()
+            work.memory.fit_entry()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
         elif work.counts[k - work.asked] > 0:
@@ -290,6 +290,11 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"Contact '{work.names[it.blame]}' of '{model}' changed its sense of slip between {start:.9g} and {t:.9g} "
             f"s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
             f"method='timestepping' with step=."
+        )
+    if why == event_run.NO_STATE:
+        return SimulationError(
+            f"The motion of '{model}' has no finite state at the event at t = {t:.9g} s, in a step from {start:.9g} s, "
+            "as where slips lose their direction. Change the start a little, or take method='timestepping' with step=."
         )
     if why == event_run.PASSED_OVER:
         return SimulationError(

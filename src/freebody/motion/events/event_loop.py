@@ -316,7 +316,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
-    wrong = depth(it)
+    wrong = depth(it, status)
     if wrong != 0:
         return wrong
     if status == STIFF:  # the phase goes on by the other method

@@ -59,11 +59,14 @@ def creeps(it: EventRun, steps: int) -> int:
 
 
 @compiled
-def depth(it: EventRun) -> int:
-    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0."""
+def depth(it: EventRun, status: int) -> int:
+    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0.
+
+    So is an event whose state is not finite, between states that are.
+    """
     for i in range(it.n_y):
         if not math.isfinite(it.y[i]):
-            return 0
+            return event_run.NO_STATE if status == TERMINAL else 0
     look(it)
     near, slow, first = it.near, 1e3 * it.still, it.first_row
     for k in range(it.contacts):

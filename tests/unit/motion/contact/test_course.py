@@ -16,7 +16,10 @@ import freebody as fb
 from contact_machines import DISK
 from freebody.cli import main
 from freebody.errors import SimulationError
+from freebody.motion.contact.run import refusal
+from freebody.motion.contact.state import ContactRun
 from freebody.motion.events import event_run
+from freebody.motion.kernels.kernels import kernels_of
 
 PAGE = (Path(__file__).parents[4] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
 
@@ -160,3 +163,26 @@ def test_the_timeline_says_where_limits_of_open_forces_are_not_watched():
         "the slip stopped; open forces hold it at rest, asked every 1 ms at most: a shorter slip is not seen"
     )
     assert str(history.happenings[-1]).endswith(f"slip + → stick, {change.why}")
+
+
+def test_the_loop_may_ask_for_python_any_number_of_times():
+    """Its budget of steps doubles with each question, up to one that does not end."""
+    s = fb.System("kicked")
+    s.gravity = (0, -9.81, 0)
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.contact("floor", ball.point(0, 0, 0), s.ground.plane(at=(0, -1, 0)))
+    kick = fb.blow(fb.event("y", direction=-1), at=ball, normal=(0, 1, 0), restitution=1)
+    motion = fb.simulate(s, 20, initial={"y": 0.1}, impulses=[kick])
+    assert motion.status == "finished" and len(motion.happenings) > 64
+    assert motion.energy.relative_residual < 1e-9
+
+
+def test_an_event_without_a_finite_state_is_refused():
+    """As where a slip in space vanishes inside a step: two of 160 thrown boxes."""
+    kernels = kernels_of(block()).unrolled()
+    work = ContactRun(kernels, kernels.model.values({"F": 1.0}))
+    work.memory.longer_log()
+    said = str(refusal(work, event_run.NO_STATE))
+    assert "has no finite state at the event at t = 0 s, in a step from 0 s, as where slips lose" in said
+    assert "Change the start a little, or take method='timestepping' with step=" in said
