@@ -125,7 +125,7 @@ class Contacts:
         return Touched(
             tuple(contact.name for contact in self.model.contacts),
             [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
-            distances(self.model, gap, reach, np.zeros(gap.shape))[0],
+            distances(self.model, gap, reach, np.zeros_like(gap))[0],
             frame[:, :, 1:4],
             frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
             frame[:, :, 10:13],
