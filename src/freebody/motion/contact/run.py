@@ -70,7 +70,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
                 if answer == event_run.PAUSE or it.stop:
                     between(it.t)
                 answered(work, answer)
-                few *= 2
+                few = min(2 * few, event_run.NO_PAUSE)
                 it.budget = few
                 if answer == event_run.PAUSE and between.is_long:
                     it.budget = event_run.NO_PAUSE
