@@ -10,6 +10,7 @@ import contextlib
 
 from ..ending import FAILED, End
 from ..kernels.methods import Way
+from ..kernels.switches import switches
 from ..ode import layout, loops
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
@@ -34,7 +35,9 @@ def motion_in_one_leg(request: Request) -> Trajectory:
     """
     several = len(request.model.bodies) >= SEVERAL
     method = "dop853" if request.method == "auto" else request.method
-    with loops.ahead(method) if several else contextlib.nullcontext():
+    unwatched = isinstance(request.events, tuple | list) and not request.events
+    watched = not unwatched or bool(switches(request.model))
+    with loops.ahead(method, watched) if several else contextlib.nullcontext():
         problem = problem_of(request)
     with problem.progress() as between:
         if problem.kernels.dropped:
