@@ -8,6 +8,7 @@ from freebody.errors import SimulationError
 from freebody.motion.contact import run
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.events.code import code
+from freebody.motion.ode import layout
 from freebody.motion.phase.scene import NUMBERS
 from freebody.motion.request import Request, problem_of
 from freebody.motion.timestepping import failure, timestepping
@@ -29,7 +30,7 @@ def looked_at_end(start, end, mode, wall=False):
     it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
     it.states[:6], it.y[:6] = start, end
     it.mode[:] = NUMBERS[mode]
-    if why := code("depth")(it):
+    if why := code("depth")(it, layout.FINISHED):
         raise run.refusal(work, why)
 
 
