@@ -75,7 +75,8 @@ def depth(it: EventRun, status: int) -> int:
             it.blame = k
             return event_run.TURNED
     for k in range(it.contacts):
-        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == laws.OPEN and it.times[first] < it.t:
+        alone = it.presser[k] < 0 and it.mode[k] == laws.OPEN
+        if it.gap[k] < -near and it.reach[k] > 0.0 and alone and it.times[first] < it.t:
             t, gap, pressing = it.t, it.gap[k], it.given[k]
             copy(it.y, it.kept, it.n_y)
             it.t = it.times[first]

@@ -147,8 +147,12 @@ def test_the_lowest_point_of_a_tilted_disk():
     model = fb.assemble(s)
     theta = 0.7  # tilt about x
     q = [0.0, 0.0, 1.0, np.cos(theta / 2), np.sin(theta / 2), 0.0, 0.0]
-    (it,) = touches(model, float_state(model, q))
+    it, *rests = touches(model, float_state(model, q))
     assert it.gap == pytest.approx(1 - 0.5 * np.sin(theta))
+    assert sorted(rest.gap for rest in rests) == pytest.approx([it.gap, 1, 1, 2 - it.gap])
+    assert it.reach[0] > 0
+    level = touches(model, float_state(model, [0.0, 0.0, 1.0, 1.0, 4e-12, 0.0, 0.0]))  # a disk that lies flat
+    assert level[0].reach[0] < 0
     assert np.array(it.on_feature) == pytest.approx([0, -0.5 * np.cos(theta), 1 - 0.5 * np.sin(theta)])
 
 
