@@ -77,11 +77,11 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     Their rows and accelerations depend on those of the others, so the functions that end their modes stay at zero. A
     row that depends at one moment only, since the body turns, has an acceleration of its own by that.
     """
-    found, count, phase = 0, listed(it), PhaseData(it.phase)
+    found, count = 0, listed(it)
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == laws.OPEN:  # a corner beside its side, or a side beside its corner, does not touch
-            touches = abs(it.gap[k]) <= it.near and elsewhere(phase, it.mode, k) == 0
+            touches = abs(it.gap[k]) <= it.near and elsewhere(it.side, it.mode, it.contacts, k) == 0
             it.dead[k] = 1 if touches and it.held[k] == 0 else 0
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
