@@ -109,5 +109,10 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
         for short, meaning in answer.where.items():  # earlier abbreviations may contain later ones
             if short not in atoms:
                 formula = formula.xreplace({sympy.Symbol(short, real=True): meaning})
-        left = e.ring.from_sympy(sympy.sympify(formula - expected[key]))
-        assert left == 0, f"{name}, {key}: {found.answers[key].text} differs by {left}"
+        difference = sympy.sympify(formula - expected[key])
+        left = e.ring.from_sympy(difference)
+        # acos(4/7) and atan(sqrt(33)/4) are one number, which no ring of these functions knows: 50 digits tell
+        same = left == 0 or (
+            not difference.free_symbols and abs(sympy.N(difference, 60)) < sympy.Rational(1, 10**50)
+        )
+        assert same, f"{name}, {key}: {found.answers[key].text} differs by {left}"
