@@ -61,6 +61,12 @@ class Touch:
     reach: tuple[Scalar, ...] = ()
 
     @property
+    def both_reaches(self) -> tuple[Scalar, Scalar]:
+        """Two reaches, 1 where there is none."""
+        first, second = (*self.reach, 1, 1)[:2]
+        return first, second
+
+    @property
     def undirected(self) -> bool:
         """True if the normal is 0 whatever the values: the shapes have a common centre or axis, and no direction."""
         return all(isinstance(x, int | float | Fraction) and x == 0 for x in self.normal)

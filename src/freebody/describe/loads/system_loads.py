@@ -169,7 +169,7 @@ def torsion_spring(
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
-    if isinstance(on, Joint) and turns_freely(on, coordinate):
+    if turns_freely(on, coordinate):
         return add(system, name, TorsionSpring(on, stiffness, None if rest == 0 else rest))
     angles = [i for i, p in enumerate(on.primitives) if p.displaces and p.turns]
     if not angles:
