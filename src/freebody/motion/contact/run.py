@@ -41,7 +41,7 @@ FEW = 1 << 10
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
-    """Raise if bodies are inside each other in the initial state, or a round shape does not fit its line of heights."""
+    """Raise if bodies are inside each other in the initial state, or a round shape does not fit what it touches."""
     refuse_misfits(work.model, work.values)
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
     rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
