@@ -12,6 +12,7 @@ _FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "atan2": r"\operatorname{atan2}",
     "sign": r"\operatorname{sgn}",
 }  # fmt: skip
+_WORD = re.compile(r"[A-Za-z]{3,}[0-9]*")
 _DOTS = {0: "{}", 1: r"\dot{{{}}}", 2: r"\ddot{{{}}}", 3: r"\dddot{{{}}}"}
 
 
@@ -19,8 +20,8 @@ _DOTS = {0: "{}", 1: r"\dot{{{}}}", 2: r"\ddot{{{}}}", 3: r"\dddot{{{}}}"}
 def latex_name(name: str, dots: int = 0) -> str:
     r"""Return a name in LaTeX.
 
-    >>> print(latex_name("theta1", 2), latex_name("I_xx"), latex_name("mass"), latex_name("pin_x"))
-    \ddot{\theta}_{1} I_{xx} \mathrm{mass} \mathrm{pin}_{x}
+    >>> print(latex_name("theta1", 2), latex_name("I_xx"), latex_name("mass"), latex_name("m_link2"))
+    \ddot{\theta}_{1} I_{xx} \mathrm{mass} m_{\mathrm{link2}}
     """
     base, below = parts(name)
     if base in GREEK:
@@ -35,10 +36,10 @@ def latex_name(name: str, dots: int = 0) -> str:
 
 
 def _below(part: str) -> str:
-    """Return a subscript: words upright, indices such as xx not."""
+    """Return a subscript: words upright, with their number, indices such as xx not."""
     if part in GREEK:
         return "\\" + part
-    return rf"\mathrm{{{part}}}" if len(part) > 2 and part.isalpha() else part
+    return rf"\mathrm{{{part}}}" if _WORD.fullmatch(part) else part
 
 
 def latex_number(x: complex) -> str:
