@@ -53,7 +53,7 @@ CONTACTS = {
     "two planes": (
         lambda s, disk, bar: (disk.plane(), bar.plane()),
         {},
-        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a box, capsule, circle, corners, ellipsoid",
+        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a box, capsule, circle, corners, drum, ellipsoid",
     ),
     "an egg on a hill": (
         lambda s, disk, bar: (disk.ellipsoid((1, 2, 3)), s.ground.heightline("x^2")),

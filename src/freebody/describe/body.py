@@ -9,6 +9,7 @@ from .frame import Frame
 from .shapes.circle import circle
 from .shapes.corners import corners
 from .shapes.cylinder import cylinder
+from .shapes.drum import drum
 from .shapes.ellipsoid import ellipsoid
 from .shapes.heightline import heightline
 from .shapes.plane import plane
@@ -39,6 +40,7 @@ class Body(Frame):
     ellipsoid = ellipsoid
     circle = circle
     cylinder = cylinder
+    drum = drum
     plane = plane
     segment = segment
     corners = corners

@@ -304,15 +304,17 @@ def standing(
 
     A law of the depth, and adhesion, would act at each of these: such a contact has its lowest point only.
     """
-    parts = elements(pair.feature, pair.surface)
-    (_, a, b), *others = parts
-    if others or pair.normal_force is not None or pair.adhesion != 0:
-        return parts
-    if any(within(model, frames, a, b, IDENTITY[k]) for k in planes):
-        return parts
-    edge, other = a.standing(b), b.standing(a)
-    points = [(x, b) for x in edge] + [(a, x) for x in other]
-    return [(str(i) if i else "", *pair) for i, pair in enumerate(points)] or parts
+    result = []
+    for ending, a, b in elements(pair.feature, pair.surface):
+        points: list[tuple[Any, Any]] = []
+        planar = any(within(model, frames, a, b, IDENTITY[k]) for k in planes)
+        if not planar and pair.normal_force is None and pair.adhesion == 0:
+            points = [(x, b) for x in a.standing(b)] + [(a, x) for x in b.standing(a)]
+        result.append((ending, *(points[0] if points else (a, b))))
+        result += [
+            ("_".join(filter(None, (ending, str(i)))), *it) for i, it in enumerate(points[1:], start=1)
+        ]
+    return result
 
 
 # --- the plane of motion -----------------------------------------------------------------------

@@ -19,7 +19,7 @@ from .normal_law import normal_law
 
 SHAPES = (
     "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners, "
-    "body.box, body.hull, body.capsule or body.heightline"
+    "body.box, body.hull, body.capsule, body.drum or body.heightline"
 )
 IMPACTS = ("newton", "poisson")
 
@@ -52,8 +52,8 @@ def contact(
     name : str
         The forces are ``N_name`` and ``T_name`` (in 3-D ``T1_name``, ``T2_name``).
     feature, surface : shapes of two bodies
-        From ``body.point, sphere, ellipsoid, circle, segment, corners, box, hull, capsule, plane, cylinder,
-        heightline``; the ground has them too. Solids touch each other in families, :meth:`System.contacts`.
+        From ``body.point, sphere, ellipsoid, circle, segment, corners, box, hull, capsule, drum, plane,
+        cylinder, heightline``; the ground has them too. Solids touch each other in families, :meth:`System.contacts`.
         The choice of the feature only sets the sense of the forces.
     friction : expression or two expressions of parameters, optional
         Coefficient of kinetic friction μ_k, which may depend on the slip speed by the name ``slip``, on coordinates,

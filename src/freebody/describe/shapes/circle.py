@@ -43,8 +43,8 @@ class Circle(AboutAxis, kind="circle"):
         if self.inside or not other.endless:
             return ()
         u, v = (scale(self.radius, e) for e in across(self.axis))
-        rests = (Rest(self.body, add(self.at, e)) for e in (u, v, negate(u), negate(v)))
-        return Edge(self.body, self.at, self.axis, self.radius), *rests
+        edge = Edge(self.body, self.at, self.axis, self.radius)
+        return edge, *(Rest(self.body, add(self.at, e), edge) for e in (u, v, negate(u), negate(v)))
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:
@@ -63,9 +63,16 @@ class Edge(Circle, kind="edge", listed=False):
 
 
 class Rest(Spot, kind="rest", listed=False):
-    """A point of an edge on which a disk stands that lies flat."""
+    """A point of an edge on which a disk stands that lies flat: it touches where the edge does not."""
+
+    edge: Any
 
     stands = True
+
+    def reaches(self, at: Any, normal: Vector) -> tuple[Scalar, ...]:
+        """Return the opposite of what the edge has."""
+        (b,) = self.edge.reaches(at, normal)
+        return (-b,)
 
 
 def circle(

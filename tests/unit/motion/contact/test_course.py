@@ -142,7 +142,7 @@ def test_the_keyboard_interrupts_a_machine_that_rattles_within_a_tenth_of_a_seco
             waited.append(time.perf_counter() - sent[-1])
             assert motion.interrupted
             assert 1 < motion.t[-1] < 1e5
-            # Parabolas are integrated exactly; a moment t is known to ε t, a height at speed v to v ε t: m g v ε t a bounce.
+            # parabolas are exact; a moment t is known to ε t, a height at speed v to v ε t: m g v ε t for each bounce
             rounding = 9.81 * 30 * np.finfo(float).eps * motion.t[-1]
             assert np.abs(motion.energy.residual).max() < len(motion.events) * rounding
     finally:
