@@ -18,8 +18,8 @@ SYSTEM = """
     reading rolling rope scenery screw slider spring stop t torque torsion_spring tyre universal weld
 """
 BODY = """
-    box capsule center circle corners cylinder drum ellipsoid heightline hull is_ground mass_properties name origin plane
-    point segment sphere system
+    box capsule center circle corners cylinder drum ellipsoid heightline hull is_ground mass_properties name origin
+    plane point segment sphere system
 """
 POINT = "body components"
 JOINT = """
