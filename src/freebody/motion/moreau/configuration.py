@@ -6,13 +6,13 @@ from ...native.instructions import Reals, compiled, root
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from ..families.faces import FAR
 from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
 from .pairs import close_pairs, lay_pairs
 from .stepping_record import CONSTRAINTS, FULL, MASS, NONE, Contacts, Gaps, Machine, Run
 
 CLOSED_GAP = 1e-10
-FAR = 1e300
 
 
 @compiled
@@ -126,7 +126,9 @@ def close(run: Run, friction: int, near: float) -> None:
                     problem.between[count] = count - 1 - contacts.normal_row[presser]
                     contacts.owner[count], contacts.rebound[count] = e, 0.0
                     count += 1
-        elif (run.now.gap[e] <= near or contacts.kept[e] != 0) and (friction != 0 or contacts.held[e] == 0):
+        elif (run.now.gap[e] <= near or (contacts.kept[e] != 0 and run.now.gap[e] < FAR)) and (
+            friction != 0 or contacts.held[e] == 0
+        ):
             contacts.normal_row[e] = count
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
@@ -139,8 +141,6 @@ def close(run: Run, friction: int, near: float) -> None:
         row += 1 + tangents
     problem.count = contacts.closed = count
     close_pairs(run, friction)
-    for a in range(count, problem.count):
-        problem.low[a] = 0.0
 
 
 @compiled

@@ -18,7 +18,7 @@ import math
 from ...native.instructions import compiled, greater, root
 from ..cones.block_rows import add, along
 from ..cones.islands import Islands, connect, island_of
-from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
+from .configuration import CLOSED_GAP, FAR, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
@@ -77,6 +77,8 @@ def overlap(run: Run, t: float) -> float:
         hide(run.contacts, run.end)
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
+        if run.end.gap[e] >= FAR:  # beyond the end of its side
+            run.contacts.kept[e] = 0
         if run.contacts.kept[e] != 0:
             depth = greater(depth, run.end.gap[e])
     return deepest(run, t, depth)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import FIRST, LINE, NORMAL
+from ..families.faces import FAR
 from ..families.family_record import POINTS, Pairs
-from ..families.narrow_phase import P, Q, T, rate, rows, seek
+from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
 from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
 
 
@@ -31,6 +32,8 @@ def deepest(run: Run, t: float, depth: float) -> float:
     seek(run.families, t + run.h, run.z, 0.0)
     for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
         depth = greater(depth, -pairs.touch[c, 0])
+        if stays(pairs, pairs.ids[c] // POINTS) == 1:
+            depth = greater(depth, pairs.touch[pairs.slots[c], 0])
     return depth
 
 
@@ -46,6 +49,9 @@ def close_pairs(run: Run, friction: int) -> None:
             problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
+            problem.low[count] = 0.0
+            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) == 1:
+                problem.low[count] = -FAR
             count += 1
         row += 1 + tangents
     problem.count = count
@@ -71,14 +77,9 @@ def pressed(pairs: Pairs, c: int) -> int:
 
     Points of a patch have numbers that change with it.
     """
-    first, end, number = 0, pairs.known, pairs.ids[c] // POINTS
-    while first < end:
-        middle = (first + end) // 2
-        if pairs.past[middle] // POINTS < number:
-            first = middle + 1
-        else:
-            end = middle
-    return 1 if first < pairs.known and pairs.past[first] // POINTS == number else 0
+    number = pairs.ids[c] // POINTS
+    p = place_in_past(pairs, number)
+    return 1 if p < pairs.known and pairs.past[p] // POINTS == number else 0
 
 
 @compiled
@@ -114,7 +115,9 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
-            pairs.past[p] = pairs.ids[c]
+            pairs.past[p], pairs.stays[p] = pairs.ids[c], 1 - patched(run, slot)
+            if contacts.rebound[a] * contacts.before[a] < 0.0:  # it rebounds
+                pairs.stays[p] = 0
             for k in range(3):
                 x = 0.0
                 if k == 0 or (a + k < problem.count and problem.kinds[a + k] != NORMAL):
@@ -130,6 +133,15 @@ def log_pairs(run: Run) -> None:
             pairs.known += 1
             run.logged += 1
     run.log_end[run.done] = run.logged
+
+
+@compiled
+def patched(run: Run, slot: int) -> int:
+    """Return 1 if the members of a pair touch in a patch, whose points come and go."""
+    families, pairs = run.families, run.families.pairs
+    members, laws = families.members, families.laws
+    i, j = pairs.first[slot], pairs.second[slot]
+    return laws.patched[(members.family[i] * laws.kinds + members.kind[i]) * laws.kinds + members.kind[j]]
 
 
 @compiled
