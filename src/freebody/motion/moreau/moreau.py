@@ -3,15 +3,18 @@
     1. midpoint         q_M = q + h/2 q'(q, u),   ū = (u + u⁺)/2;   M, f, W, G at q_M
     2. free velocity    M (u_free - u) = h f(t + h/2, q_M, ū) + J + Gᵀ λ,   G u_free + g = 0      (J: blows in the step)
                         with the normal forces of compliant contacts N(q_M, u) in f
-    3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M:
+    3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M, or that pressed before:
                         0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺)
                         with the greatest part of e for which the contacts do no work (`gains`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
-    5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, φ = 0
+    5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
 
 Without contact this is of second order. For a free body with f = -ω̄ × J ω̄ the step conserves energy and angular
 momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
 Cayley's turn is q + h q'(q, ω̄), normalized.
+
+On a surface that curves away a contact is open at q_M by κ v² h²/8. It stays closed nevertheless until its force
+vanishes, unless it has rebounded (`Contacts.kept`): if it fell and landed again, its forces would be 0 and 2 N in turn.
 
 The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`,
 `cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:

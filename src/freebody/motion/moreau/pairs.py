@@ -38,6 +38,18 @@ def deepest(run: Run, t: float, depth: float) -> float:
 
 
 @compiled
+def begin_closed(run: Run, t: float, near: float) -> None:
+    """Find the pairs with gaps up to ``near`` at z, before the first step: those that do not move apart stay closed."""
+    pairs = run.families.pairs
+    seek(run.families, t, run.z, near)
+    pairs.known = pairs.count if pairs.count <= pairs.most else 0
+    for p in range(pairs.known):
+        pairs.past[p], pairs.stays[p] = pairs.ids[p], 1 - patched(run, pairs.slots[p])
+        for k in range(3):
+            pairs.impulses[p, k] = 0.0
+
+
+@compiled
 def close_pairs(run: Run, friction: int) -> None:
     """Add the rows of the closed pairs to the problem; tangent rows only if ``friction`` is not 0."""
     contacts, problem, pairs, laws = run.contacts, run.problem, run.families.pairs, run.families.laws

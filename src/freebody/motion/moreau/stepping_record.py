@@ -75,8 +75,8 @@ class Contacts(Record):
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
     ``adhesion``      pull that each contact bears
-    ``kept``          1 while a contact adheres: it stays closed on a surface that curves away, and its gap is corrected
-                      to 0 from both sides
+    ``kept``          1 while a contact adheres, or presses without rebound: until its force vanishes it stays closed
+                      on a surface that curves away, and its gap is corrected to 0 from both sides
     ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
     ``normal_row``    normal row of each contact in the problem, or -1
     ``reach_of``      contact of each reach

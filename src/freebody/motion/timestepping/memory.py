@@ -32,14 +32,14 @@ _MODULES = ("motion.moreau.moreau", "motion.moreau.pairs")
 
 @cache
 def functions() -> dict[str, Function]:
-    """Return the compiled functions of this room: the steps, and the search for the deepest pairs of families."""
+    """Return the compiled functions: the steps, and the search for the pairs of families that begin closed."""
 
     def named() -> dict[str, Any]:
         from ..moreau import moreau, pairs
 
         return vars(pairs) | vars(moreau)
 
-    return made(_MODULES[0], _MODULES, ("march", "deepest"), named, passes="hot").functions
+    return made(_MODULES[0], _MODULES, ("march", "begin_closed"), named, passes="hot").functions
 
 
 def kernels_and_shape(kernels: Kernels) -> tuple[Program, Shape]:

@@ -24,6 +24,7 @@ from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..legs.loaded_joints import check_blows
+from ..moreau.configuration import CLOSED_GAP
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -189,7 +190,7 @@ class _Run:
         own = [gap for gap, c in zip(gaps, self.model.contacts, strict=True) if not c.presser]
         refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure, sides_of(self.model.contacts))
         contacts.kept[:] = [
-            gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
+            gap <= NEAR and not held for (_, gap), held in zip(gaps, contacts.held, strict=True)
         ]
 
     def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
@@ -210,7 +211,7 @@ class _Run:
     def _gaps_of_pairs(self, y: Array) -> list[tuple[str, float]]:
         while True:
             self.memory.z[: len(y)] = y
-            functions()["deepest"](self.memory, self.begin - self.h, 0.0)
+            functions()["begin_closed"](self.memory, self.begin, CLOSED_GAP)
             pairs = self.memory.families.pairs
             if pairs.count <= pairs.most:
                 break
