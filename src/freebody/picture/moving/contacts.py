@@ -121,7 +121,7 @@ class Contacts:
     def touched(self, forces: Array, geometry: Array) -> Touched:
         """Return forces and geometry of all contacts at these moments together."""
         frame = geometry.reshape(len(geometry), len(self.widths), FRAME)
-        gap, reach = frame[:, :, 0], frame[:, :, 16:].reshape(len(frame), -1)
+        gap, reach = frame[:, :, 0], frame[:, :, 16:].min(axis=2)
         return Touched(
             tuple(contact.name for contact in self.model.contacts),
             [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
