@@ -308,11 +308,9 @@ def account(run: Run) -> None:
             after -= contacts.rebound[a] * contacts.before[a]
             if problem.x[a] > 0.0 and a < contacts.closed:
                 run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
-                stays = (
-                    contacts.adhesion[contacts.owner[a]] > 0.0
-                    or contacts.rebound[a] * contacts.before[a] >= 0.0
-                )
-                contacts.kept[contacts.owner[a]] = 1 if stays else 0
+                e = contacts.owner[a]
+                stays = contacts.adhesion[e] > 0.0 or contacts.rebound[a] * contacts.before[a] >= 0.0
+                contacts.kept[e] = 1 if stays and contacts.held[e] == 0 else 0
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
