@@ -109,5 +109,15 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
         for short, meaning in answer.where.items():  # earlier abbreviations may contain later ones
             if short not in atoms:
                 formula = formula.xreplace({sympy.Symbol(short, real=True): meaning})
-        left = e.ring.from_sympy(sympy.sympify(formula - expected[key]))
-        assert left == 0, f"{name}, {key}: {found.answers[key].text} differs by {left}"
+        difference = sympy.sympify(formula - expected[key])
+        left = e.ring.from_sympy(difference)
+        # arccos(4/7) and arctan(√33/4) are one number, which no ring of these functions knows: 50 digits tell
+        names = sorted(difference.free_symbols, key=str)
+        places = [
+            {x: sympy.Rational(3 * j + k, 11 + j) for j, x in enumerate(names)} for k in (1, 2, 4, 5, 7)
+        ]
+        same = left == 0 or (
+            difference.has(sympy.asin, sympy.acos)
+            and all(abs(sympy.N(difference.subs(at), 60)) < sympy.Rational(1, 10**50) for at in places)
+        )
+        assert same, f"{name}, {key}: {found.answers[key].text} differs by {left}"

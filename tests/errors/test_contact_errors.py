@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.errors import ExpressionError, ModelError
+from freebody.errors import ExpressionError, ModelError, SimulationError
 
 
 def machine():
@@ -260,3 +260,97 @@ def test_linear_equations_and_blows_need_the_modes_of_contacts(question):
         ask(s)
     assert f"fb.{question}(fb.equations(s, modes={{'floor': 'stick'}}), ...)" in str(refused.value)
     ask(fb.equations(s, modes={"floor": "stick"}))
+
+
+STEPS = {"method": "timestepping", "step": 0.001}
+
+
+def on_an_axis(feature, surface, joint="slider"):
+    """A ball whose centre is at the origin, in an x slider or free in the plane."""
+    s = fb.System("shaft")
+    s.parameters(r=0.1, R=0.1)
+    ball = s.body("ball", fb.sphere(0.5, 0.1))
+    if joint == "slider":
+        s.slider("way", s.ground, ball, axis="x", coordinate="x")
+    else:
+        s.planar("way", s.ground, ball, coordinate="x y turn")
+    s.contact("hit", feature(ball), surface(s.ground), friction=0.3)
+    return s
+
+
+@pytest.mark.parametrize("how", [{}, STEPS])
+@pytest.mark.parametrize("joint", ["slider", "planar"])
+@pytest.mark.parametrize(
+    "feature,surface,depth",
+    [
+        (lambda b: b.sphere(0.1), lambda g: g.capsule((-0.2, 0, 0), (0.2, 0, 0), 0.1), 0.2),
+        (lambda b: b.sphere(0.1), lambda g: g.cylinder(0.5, axis="x"), 0.6),
+        (lambda b: b.sphere(0.1), lambda g: g.sphere(0.5), 0.6),
+        (lambda b: b.point(0, 0, 0), lambda g: g.cylinder(0.5, axis="x"), 0.5),
+        (lambda b: b.point(0, 0, 0), lambda g: g.sphere(0.5), 0.5),
+    ],
+)
+def test_centres_on_a_centre_or_an_axis_are_deep(feature, surface, depth, joint, how):
+    with pytest.raises(SimulationError, match=f"has contact 'hit' {depth} m deep. Begin with every gap"):
+        fb.simulate(on_an_axis(feature, surface, joint), 0.01, **how)
+
+
+@pytest.mark.parametrize("how", [{}, STEPS])
+def test_a_family_says_the_depth_on_an_axis(how):
+    s = fb.System("pill")
+    ball = s.body("ball", fb.sphere(0.5, 0.1))
+    s.slider("way", s.ground, ball, axis="x", coordinate="x")
+    s.contacts("hit", [ball.sphere(0.1), s.ground.capsule((-0.2, 0, 0), (0.2, 0, 0), 0.1)], friction=0.3)
+    with pytest.raises(SimulationError, match=r"'hit\[ball,ground\]' 0.2 m deep"):
+        fb.simulate(s, 0.01, **how)
+
+
+@pytest.mark.parametrize("how", [{}, STEPS])
+def test_values_of_a_run_that_leave_no_play(how):
+    s = on_an_axis(lambda b: b.sphere("r"), lambda g: g.cylinder("R", axis="x", inside=True))
+    with pytest.raises(
+        SimulationError,
+        match=r"'hit' has the radius 0.1 m and does not fit inside a cylinder of radius 0.1 m. A shaft without play",
+    ):
+        fb.simulate(s, 0.01, **how)
+    assert fb.simulate(s, 0.01, values={"R": 0.2}, **how).status == "finished"
+
+
+def test_a_family_in_a_hollow_without_play():
+    s = fb.System("drum")
+    s.parameters(R=0.1)
+    balls = [s.body(f"b{i}", fb.sphere(0.5, 0.1)) for i in range(2)]
+    for i, ball in enumerate(balls):
+        s.free(f"f{i}", s.ground, ball)
+    shapes = [*(b.sphere(0.1 - i / 20) for i, b in enumerate(balls)), s.ground.sphere("R", inside=True)]
+    s.contacts("held", shapes, friction=0.3)
+    with pytest.raises(
+        SimulationError, match=r"'held\[b0,ground\]' has the radius 0.1 m and does not fit inside a sphere"
+    ):
+        fb.simulate(s, 0.01, initial={"f1_x": 0.3}, **STEPS)
+
+
+def test_a_contact_without_a_direction_cannot_be_closed():
+    s = on_an_axis(lambda b: b.sphere("r"), lambda g: g.cylinder("2*R", axis="x", inside=True))
+    with pytest.raises(ModelError) as refused:
+        str(fb.equations(s, modes={"hit": "stick"}))
+    assert str(refused.value) == (
+        "Contact 'hit' of 'shaft' cannot be closed: the centre of the sphere is held on that of the cylinder, or on "
+        'its axis, so that a force between them has no direction. Leave it open, modes={"hit": "open"}; a shaft '
+        "in its bearing is a joint."
+    )
+    assert "hit open (the modes in which the motion starts" in str(fb.equations(s))
+    assert "hit" not in str(fb.equations(s).free_body("ball").unknowns)
+
+
+def test_a_start_at_the_centre_has_no_direction():
+    s = on_an_axis(lambda b: b.circle("r"), lambda g: g.circle("2*R", inside=True), "planar")
+    said = str(fb.equations(s, initial={"x'": 1}))
+    assert (
+        "(the start does not decide the modes, modes= chooses them: The shapes of contact 'hit' of 'shaft'"
+        in said
+    )
+    assert (
+        "have a common centre or axis at its start, so that the contact has no direction. Choose other initial"
+        in said
+    )

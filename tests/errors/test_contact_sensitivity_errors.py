@@ -31,8 +31,6 @@ def test_machines_without_derivatives():
     s, start = boxes()
     refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
     refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
-    s, start = boxes(adhesion=1.0, restitution=0)
-    refused(s, start, ["g"], "contact 'c0' has adhesion. Take differences of runs")
     s = fb.System("arm")
     g = s.parameters(g=G)
     s.gravity = (0, -g, 0)

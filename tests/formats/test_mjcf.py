@@ -745,7 +745,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
             (f'<include file="{"a" * 5000}"/>', "no such file near the robot's file."),
             ('<include file="../../../../../../../../../etc/passwd"/>', "no such file near the robot's file."),
         )),
-        ({"bodies": PIN.replace("<joint ", '<joint type="ball"/><joint name="k" ').replace('name="k" name', 'name')}, "Chain 'rod' has a ball, which makes every turn."),
+        ({"bodies": PIN.replace("<joint ", '<joint type="ball"/><joint name="k" ').replace('name="k" name', 'name')}, "Chain 'rod' has a ball, which makes every turn about its point."),
     ],
 )  # fmt: skip
 def test_broken_files_are_refused_with_line_and_cure(tmp_path, parts, message):

@@ -48,6 +48,41 @@ def test_a_walker_moves_as_in_mujoco(tmp_path: Path):
     assert (found.differences < 1e-13).all(), found
 
 
+def test_a_hinge_and_a_ball_of_one_body_move_as_in_mujoco(tmp_path: Path):
+    """Read, and written and read again; of a ball beside a hinge only what acts against its turn is left out."""
+    arm = (
+        '<joint name="yaw" axis="0 0.6 0.8" pos="0.05 0 0.02" damping="0.3" stiffness="2" ref="10" armature="0.02"/>'
+        '<joint name="neck" type="ball" pos="0.1 0.02 -0.03" armature="0.1"{}/>'
+        '<geom type="box" size="0.1 0.15 0.25" pos="0.1 0 0.2" mass="2"/>'
+    )
+    whole = (
+        '<mujoco model="arm"><default><geom contype="0" conaffinity="0"/></default><worldbody>'
+        '<body name="base"><joint name="pin" axis="0 1 0"/>'
+        '<geom type="sphere" size="0.1"/><body name="arm" pos="0.3 0.1 0.2" euler="20 10 5">{}</body></body>'
+        "</worldbody></mujoco>"
+    )
+    path, second = tmp_path / "arm.xml", tmp_path / "second.xml"
+    path.write_text(whole.format(arm.format("")))
+    system = fb.read(path, symbols="none")
+    fb.write(system, second)
+    for file in (path, second):
+        outcome, found = peer.compared(file)
+        assert outcome == "compared" and (found.differences < 1e-14).all(), found
+        assert fb.assemble(fb.read(file)).coordinate_names == (
+            "pin",
+            "yaw",
+            *(f"neck_e{i}" for i in range(4)),
+        )
+    assert not system.reading.notes
+    path.write_text(whole.format(arm.format(' damping="0.2" stiffness="3" frictionloss="1" range="0 40"')))
+    read = fb.read(path, symbols="none", limits=True, friction=True)
+    (note,) = read.reading.notes
+    assert "a ball beside hinges of its body moves without what acts against its turn" in str(read.reading)
+    assert note.detail == "spring, damper, dry friction, stop"
+    same = fb.assemble(read)
+    assert same.links == fb.assemble(system).links
+
+
 def test_mujoco_takes_our_inertias_in_exact_principal_axes(tmp_path):
     """What the benchmark does where the two differ: nothing else changes, and the report says all that is left out."""
     path = tmp_path / "walker.xml"

@@ -526,6 +526,7 @@ REFUSED: dict[str, tuple[str, Any, str]] = {
     "stop of a free joint": ("xml", lambda s: s.stop("wall", s.free("j", s.ground, on_ground(s)), high=1), "stop 'wall': in the format a free joint has no limits"),
     "friction of a free joint": ("xml", lambda s: s.friction("dry", s.free("j", s.ground, on_ground(s)), torque=1), "friction 'dry': in the format the friction of a free joint resists its displacement, too"),
     "restitution of a ball": ("xml", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1, restitution=0.5), "stop 'wall': its restitution; limits do not rebound, leave out restitution="),
+    "hinge after a ball": ("xml", lambda s: s.chain("j", s.ground, on_ground(s), [fb.Ball(), fb.Hinge("x", at=(0, 0, 1))]), "chain 'j': MuJoCo takes no turn after a ball in one body; put a body between them"),
     "stop of a ball": ("urdf", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1), "ball 'j': the format has no ball joint"),
     "family": ("xml", lambda s: s.contacts("pile", [on_ground(s).sphere(0.1)], against=[s.ground.plane(normal="z")]), "families of contacts stay in Python and in .toml files"),
     "screw": ("xml", lambda s: s.screw("j", s.ground, on_ground(s), pitch=0.1), "screw 'j': the format has no screw; write the drive as a hinge"),

@@ -93,6 +93,17 @@ def test_scenes_in_space(seed):
     check(*space_scene(seed), 2.0, seed)
 
 
+def test_a_rest_at_its_limit_ends_with_its_forces():
+    """Three feet stop at |T| = μ N under a push that grows: 0.3 ms later it is 1e-3 N more than they can hold."""
+    s, start = space_scene(30)
+    rng = np.random.default_rng(1)
+    start = {
+        name: x * (1 + 2e-15 * rng.integers(-4, 5)) if isinstance(x, float) else x
+        for name, x in start.items()
+    }
+    check(s, start, 2.0, 30)
+
+
 def test_disks_that_meet_and_would_be_apart_again_within_a_step():
     """The third disk bounces off the second, and would fall through it between two points of a step of 1.6 s."""
     s = fb.System("corner")

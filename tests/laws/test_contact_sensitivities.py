@@ -3,6 +3,7 @@ rocking, rest, belts, in the plane and in space. Or they are refused by a reason
 
 import numpy as np
 import pytest
+import sympy
 
 import freebody as fb
 from contact_scenes import plane_scene, space_scene
@@ -108,12 +109,34 @@ def soft_box(law, wall):
     return s, {"y": 0.3, "w": 0.4, "x'": 1.0, "w'": 1.0}, 0.45
 
 
+def sticky_ball(space):
+    """A ball that a floor holds by adhesion: it slips, rolls, is pulled off by a force that grows, and falls back."""
+    s = fb.System("ball")
+    g = s.parameters(A=0.6, mu=0.3, e=0.3, pull=20.0, g=9.81)[-1]
+    s.gravity = (0, 0, -g) if space else (0, -g, 0)
+    ball = s.body("ball", fb.sphere(0.1, 0.02))
+    up = sympy.Symbol("pull", real=True) * s.t * (0.12 - s.t)
+    if space:
+        s.free("f", s.ground, ball)
+        s.force("rope", ball.origin, ("pull/20*t", 0, 30 * up), frame=s.ground)
+        start = {"f_z": 0.02, "f_vx": 0.2, "f_vy": 0.1, "f_wx": 3.0}
+    else:
+        s.planar("air", s.ground, ball, coordinate="x y turn")
+        s.force("rope", ball.origin, ("pull/20*t", 30 * up, 0), frame=s.ground)
+        start = {"y": 0.02, "x'": 0.2}
+    floor = s.ground.plane(normal="z" if space else "y")
+    s.contact("floor", ball.sphere(0.02), floor, friction="mu", restitution="e", adhesion="A")
+    return s, start, 0.25
+
+
 @pytest.mark.parametrize(
     ("scene", "given", "names"),
     [
         (soft_ball, ("k*depth**1.5*(1 + c*rate)", False), ("k", "c", "mu", "g", "y'")),
         (soft_ball, ("k*depth", True), ("k", "mu", "f_vz", "f_wx")),
         (rubbing_arm, ({"static": "1.4*T"},), ("T", "e", "g", "p")),
+        (sticky_ball, (False,), ("A", "mu", "pull", "x'")),
+        pytest.param(sticky_ball, (True,), ("A", "mu", "e", "f_vx"), marks=pytest.mark.slow),
         pytest.param(soft_ball, ("k*depth**1.5", True), ("k", "mu", "f_vz", "f_wx"), marks=pytest.mark.slow),
         pytest.param(soft_ball, ("k*depth + 20*c*rate", False), ("k", "c", "mu"), marks=pytest.mark.slow),
         pytest.param(
@@ -122,7 +145,7 @@ def soft_box(law, wall):
     ],
 )
 def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
-    """Of compliant contacts and of friction in joints, by differences of the fourth order."""
+    """Of compliant contacts, friction in joints and adhesion, by differences of the fourth order."""
     s, start, until = scene(*given)
     options = {"tolerance": 1e-13, "samples": 2}
     motion = fb.simulate(s, until, initial=start, sensitivities=list(names), **options)
@@ -149,3 +172,11 @@ def test_slopes_are_differences_in_many_scenes(scene):
     ]
     assert sum(worst is not None for worst in found) > 30
     assert max(worst for worst in found if worst is not None) < ALLOWED
+
+
+def test_a_pull_that_grows_takes_a_ball_off_where_its_adhesion_ends():
+    """N + A passes through zero while it slips, and is round-off of A there, of either sign."""
+    for k in range(-10, 11):
+        s, start, _ = sticky_ball(False)
+        motion = fb.simulate(s, 0.04, initial=start, values={"pull": 20 + k / 1000}, samples=2)
+        assert motion.contacts["floor"].mode[-1] == "open"

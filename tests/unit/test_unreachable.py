@@ -30,3 +30,19 @@ def test_no_full_search_while_a_public_name_is_imported() -> None:
         "assert gc.get_stats()[2]['collections'] == before and gc.isenabled()"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_is_made_meanwhile_is_old_and_frozen_objects_stay_frozen():
+    with no_collection():
+        made = [[] for _ in range(10_000)]
+    assert gc.get_freeze_count() == 0 and len(gc.get_objects(generation=0)) < 5_000
+    old = {id(x) for x in gc.get_objects(generation=2)}
+    assert all(id(x) in old for x in made)
+    gc.freeze()
+    try:
+        frozen = gc.get_freeze_count()
+        with no_collection():
+            pass
+        assert gc.get_freeze_count() == frozen
+    finally:
+        gc.unfreeze()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from ..describe.contacts.normal_law import DEPTH, RATE
@@ -58,6 +59,17 @@ class Touch:
     on_feature: Vector
     on_surface: Vector
     reach: tuple[Scalar, ...] = ()
+
+    @property
+    def both_reaches(self) -> tuple[Scalar, Scalar]:
+        """Two reaches, 1 where there is none."""
+        first, second = (*self.reach, 1, 1)[:2]
+        return first, second
+
+    @property
+    def undirected(self) -> bool:
+        """True if the normal is 0 whatever the values: the shapes have a common centre or axis, and no direction."""
+        return all(isinstance(x, int | float | Fraction) and x == 0 for x in self.normal)
 
 
 def touch_of_shapes(model: Model, state: State, contact: Contact) -> Touch:

@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..model.model import GROUND, Model
-from ..scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, negate, scale
+from ..model.model import GROUND, JointPlace, Model
+from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, negate, scale
 from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
 from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
-from .joints.freedom import loads_on_child, on_path, transmissible
+from .joints.freedom import loads_on_child, on_ball, on_path, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loads.loading import Loading, loading
 from .state import State
@@ -151,9 +151,7 @@ def reactions(
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
                 moved = plus(moved, on_path(model, state, joint, loads.generalized))
-                F[i] = plus(
-                    (n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting)))
-                )
+                F[i] = plus((n, f), plus(enforced, minus(moved, _of_ball(model, state, joint, resisting))))
         parent = model.links[i].parent
         if parent != GROUND:
             R, p, _ = state.joint(i)
@@ -170,15 +168,10 @@ def _with_resistance(model: Model, loads: Loading, resisting: Resisting) -> Load
     return replace(loads, along=along)
 
 
-def _of_ball(model: Model, state: State, links: Sequence[int], resisting: Resisting) -> Spatial:
+def _of_ball(model: Model, state: State, joint: JointPlace, resisting: Resisting) -> Spatial:
     """Return the wrench that the armature of a ball or free joint needs, in the axes of the joint's last link."""
-    first, last = links[0], links[-1]
-    if model.links[first].one_dof or first not in resisting:
-        return ZERO6
-    x = (*resisting[first], *ZERO)
-    n, f = (x[0], x[1], x[2]), (x[3], x[4], x[5])
-    R = IDENTITY if first == last else state.joint(last)[0]
-    return (apply_transpose(R, n), apply_transpose(R, f))
+    own = next((i for i in joint.links if i in resisting and not model.links[i].one_dof), None)
+    return ZERO6 if own is None else on_ball(model, state, joint, own, resisting[own])
 
 
 def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None) -> Scalar:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FormatError, nearest
+from ..unreachable import no_collection
 from .files import replacing
 
 if TYPE_CHECKING:
@@ -136,12 +137,13 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
     if len(data) > MAX_SIZE[suffix]:
         raise FormatError(f"{file.name}: expected at most {MAX_SIZE[suffix]} bytes, got more.")
     if suffix in ROBOTS:
-        from .builder import Options
-        from .case import Case
-        from .reading import Reading
-        from .xml_tree import tree
+        with no_collection():
+            from .builder import Options
+            from .case import Case
+            from .reading import Reading
+            from .xml_tree import tree
 
-        reader = import_module(f".{ROBOTS[suffix]}.read", __package__)
+            reader = import_module(f".{ROBOTS[suffix]}.read", __package__)
         wanted = Options(**{**OPTIONS, **options})
         system = reader.system_of(tree(data, file.name), file, Reading(file.name), wanted)
         return Case(system, dict(system.reading.initial))
@@ -150,7 +152,8 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
             raise FormatError(
                 f"{file.name}: {name}= is an option of robots' files; a model file says it itself."
             )
-    from .toml.read import case_from_text
+    with no_collection():
+        from .toml.read import case_from_text
 
     try:
         text = data.decode("utf-8-sig")

@@ -236,7 +236,12 @@ class Machine:
             if not (p.displaces or p.n_speeds):
                 continue
             single = len(joint.primitives) == 1
-            text = joint.name if single else self._coordinate_text(p.coordinate) if p.displaces else None
+            if single:
+                text = joint.name
+            elif p.displaces:
+                text = self._coordinate_text(p.coordinate)
+            else:
+                text = names_of(self.system).texts[p.coordinate[0]].removesuffix(f"_{p.endings[0]}")
             name = identifier(text or f"{joint.name}_{index + 1}", self.joint_names)
             axis = self.vector(p.axis, what) if p.displaces else (0, 0, 1)
             anchor = ZERO if p.at is None else self.vector(p.at, what)

@@ -187,6 +187,11 @@ class Contact:
         return OF_ANGLES if self.law is not None and self.law.turns else OF_LENGTHS
 
     @property
+    def stands(self) -> bool:
+        """True if it is one of the points on which a disk stands that lies flat."""
+        return self.law is None and (self.feature.stands or self.surface.stands)
+
+    @property
     def swapped(self) -> bool:
         """True if the law of contact takes the surface as its feature."""
         return self.law is None and law(self.feature, self.surface) is None
@@ -216,10 +221,12 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
         if isinstance(pair, Gap):
             result += _gaps(model, pair, names, taken)
             continue
-        for ending, feature, surface in elements(pair.feature, pair.surface):
+        for ending, feature, surface in standing(model, frames, planes, pair):
             name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
             names.add(name)
-            k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
+            k = None
+            if not (feature.stands or surface.stands):
+                k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
             check_axes(pair.name, feature, surface, k)
             if k is not None and pair.along is not None:
                 raise ModelError(
@@ -288,6 +295,24 @@ def elements(a: ContactShape, b: ContactShape) -> list[tuple[str, Any, Any]]:
         *((ending, end, b) for ending, end in zip(names, a.ends(b), strict=False)),
         *((ending, a, end) for ending, end in zip(names, b.ends(a), strict=False)),
     ]
+
+
+def standing(
+    model: Model, frames: Sequence[tuple[Matrix, Vector]], planes: Sequence[int], pair: ContactPair
+) -> list[tuple[str, Any, Any]]:
+    """The elements of a pair; the edge of a disk that may lie flat on a plane has those on which it stands there, too.
+
+    A law of the depth, and adhesion, would act at each of these: such a contact has its lowest point only.
+    """
+    parts = elements(pair.feature, pair.surface)
+    (_, a, b), *others = parts
+    if others or pair.normal_force is not None or pair.adhesion != 0:
+        return parts
+    if any(within(model, frames, a, b, IDENTITY[k]) for k in planes):
+        return parts
+    edge, other = a.standing(b), b.standing(a)
+    points = [(x, b) for x in edge] + [(a, x) for x in other]
+    return [(str(i) if i else "", *pair) for i, pair in enumerate(points)] or parts
 
 
 # --- the plane of motion -----------------------------------------------------------------------

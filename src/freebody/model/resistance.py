@@ -74,7 +74,8 @@ def with_resistances(contacts: Sequence[Contact], pairs: Mapping[str, Any]) -> t
     taken, result = {*pairs, *(contact.name for contact in contacts)}, list[Contact]()
     for contact in contacts:
         pair = pairs[contact.owner]
-        result += [contact, *(_resistances(contact, pair, taken) if isinstance(pair, ContactPair) else ())]
+        rolls = isinstance(pair, ContactPair) and not contact.stands
+        result += [contact, *(_resistances(contact, pair, taken) if rolls else ())]
     return tuple(result)
 
 

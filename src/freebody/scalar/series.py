@@ -196,8 +196,10 @@ def _sin_cos(field: SeriesField, x: Series) -> tuple[Series, Series]:
     return Series(field, tuple(s)), Series(field, tuple(c))
 
 
-def _sqrt(field: SeriesField, x: Series) -> Series:
-    """2 r_0 r_k = x_k - Σ r_i r_(k-i), 0 < i < k."""
+def _sqrt(field: SeriesField, x: Series) -> Scalar:
+    """2 r_0 r_k = x_k - Σ r_i r_(k-i), 0 < i < k; 0 for a series of zeros."""
+    if all(isinstance(c, int | float | Fraction) and c == 0 for c in x.c):
+        return 0
     r = [field.base.apply("sqrt", x.c[0])]
     for k in range(1, field.order + 1):
         rest = x.c[k]

@@ -170,6 +170,7 @@ def test_key_follows_what_compiles_it(monkeypatch):
     keys = []
     nothing = native.Loop({"lanes": None}, None, False)
     monkeypatch.setattr(native, "_made", lambda key, *rest: keys.append(key) or nothing)
+    monkeypatch.setattr(loops, "_loaded", {})
     monkeypatch.setattr(native, "_loops", {})
     for method in layout.ORDERS:
         loops.functions(method)
@@ -185,6 +186,7 @@ def test_threads_share_one_loop(monkeypatch):
     count = []
     inner = native._made
     monkeypatch.setattr(native, "_made", lambda *of: count.append(1) or inner(*of))
+    monkeypatch.setattr(loops, "_loaded", {})
     monkeypatch.setattr(native, "_loops", {})
     found = []
     threads = [threading.Thread(target=lambda: found.append(loops.functions())) for _ in range(4)]
@@ -304,7 +306,7 @@ def test_run_loads_no_compiler_and_no_product_that_was_not_asked_for():
     motion = fb.System("warm")  # this process has put the loop on the disk
     body = motion.body("body", fb.particle(1))
     motion.slider("guide", motion.ground, body, axis="x", coordinate="x")
-    fb.simulate(motion, 1)
+    fb.simulate(motion, 1, events=["x'"])
     environment = {**os.environ, "PYTHONPATH": str(HERE.parents[1])}
     done = subprocess.run(
         [sys.executable, "-c", MODEL],
@@ -325,13 +327,13 @@ def test_run_loads_no_compiler_and_no_product_that_was_not_asked_for():
 def test_a_method_is_loaded_ahead_and_its_thread_ends(monkeypatch):
     asked = []
     monkeypatch.setattr(loops, "_loaded", {})
-    monkeypatch.setattr(loops, "functions", lambda method: asked.append(method) or {}[method])
+    monkeypatch.setattr(loops, "functions", lambda method, part: asked.append((method, part)) or {}[method])
     before = threading.active_count()
-    with loops.ahead("dop853"):  # what goes wrong there, the run says when it loads the method
+    with loops.ahead("dop853", True):  # what goes wrong there, the run says when it loads the method
         pass
-    with contextlib.suppress(ZeroDivisionError), loops.ahead("gauss"):
+    with contextlib.suppress(ZeroDivisionError), loops.ahead("gauss", False):
         raise ZeroDivisionError
-    monkeypatch.setattr(loops, "_loaded", {"dop853": None})
-    with loops.ahead("dop853"):
+    monkeypatch.setattr(loops, "_loaded", {"dop853": object()})
+    with loops.ahead("dop853", True):
         assert threading.active_count() == before
-    assert asked == ["dop853", "gauss"] and threading.active_count() == before
+    assert asked == [("dop853", ""), ("gauss", "steps")] and threading.active_count() == before

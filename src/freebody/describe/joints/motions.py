@@ -78,9 +78,6 @@ def _checked(joint: Any, motions: Any) -> list[Primitive]:
             raise ModelError(
                 f"Expected fb.Hinge, fb.Slider, fb.Screw or fb.Ball in {what}, got {shown(motion)}."
             )
-    turns = [motion for motion in motions if motion.turns]
-    if len(turns) > 1 and not all(motion.displaces for motion in turns):
-        raise ModelError(f"{joint.heading} has a ball, which makes every turn. Leave out its other turns.")
     return motions
 
 
@@ -111,10 +108,12 @@ def _place(system: Description, motion: Primitive, what: str) -> tuple[Vector, A
 
 def _with_own(system: Description, motion: Primitive, what: str, closes: bool) -> Primitive:
     """Return a motion with coordinates and speeds of its own, whose prefix its coordinate is."""
-    if motion.armature not in ((), 0, None) or motion.rotor is not None:
-        raise ModelError(
-            f"The ball in {what} takes no armature= or rotor=. Make the joint by s.ball, or by hinges."
-        )
+    if motion.rotor is not None:
+        raise ModelError(f"The ball in {what} takes no rotor=. Make the joint by hinges.")
+    some = motion.armature not in ((), 0, None)
+    if some and motion.chained:
+        one = constant(system, motion.armature, f"the armature of {what}")
+        motion = replace(motion, armature=(one,) * motion.n_speeds)
     if not motion.n_speeds:
         return replace(motion, coordinate=None)
     if closes:
@@ -149,6 +148,14 @@ def _check_different(motions: Sequence[Primitive], joint: Any) -> None:
     """Refuse more motions than a body has, and neighbours that are the same motion."""
     if not all(motion.chained for motion in motions):
         return
+    balls = [k for k, motion in enumerate(motions) if not motion.displaces]
+    for ball in balls:
+        beside = (k for k in (ball - 1, ball + 1) if 0 <= k < len(motions) and motions[k].turns)
+        if len(balls) > 1 or any(along(motions[ball].at, motions[k].at, motions[k].axis) for k in beside):
+            raise ModelError(
+                f"{joint.heading} has a ball, which makes every turn about its point. Leave out other balls, and "
+                "turns beside it whose axis goes through that point."
+            )
     heads = parallel_turns(motions)
     turns = sum(
         (1 if motion.displaces else 3)
@@ -156,6 +163,8 @@ def _check_different(motions: Sequence[Primitive], joint: Any) -> None:
         if motion.turns and heads[k][0] == k
     )
     slides = sum(not motion.turns for motion in motions) + sum(heads[k][0] != k for k in range(len(motions)))
+    if balls:  # other turns displace its point
+        turns, slides = 3, slides + turns - 3
     if turns > 3 or slides > 3:
         raise ModelError(
             f"{joint.heading} has {turns} turns about different axes and {slides} displacements beside "

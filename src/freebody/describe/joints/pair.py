@@ -94,6 +94,7 @@ def pair_of(motions: Sequence[Primitive], path: bool = False) -> Pair:
             slides += 1 if motion.displaces else 3
         elif motion.turns and heads[k][0] != k:
             slides += 1
+    turns, slides = min(turns, 3), slides + max(turns - 3, 0)  # beside a ball, turns displace its point
     threaded = any(motion.displaces and motion.turns and motion.slides for motion in motions)
     return Pair(turns, slides, threaded, path, path or _anchored(motions, heads))
 

@@ -14,13 +14,14 @@ def check_displacement(joint: Joint, index: int, title: str) -> None:
             f"or by s.generalized_force on its coordinate."
         )
     kinds = joint.primitives
-    if not kinds[0].displaces:
+    there = isinstance(index, int) and 0 <= index < len(kinds)
+    if not kinds[index if there else 0].displaces:
         raise ModelError(
             f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {title} to act "
             "along. Act between two points, or by a torque on the body; the turn of a ball or free joint has "
             "s.torsion_spring and s.damper, and s.bushing acts in all directions."
         )
-    if not isinstance(index, int) or not 0 <= index < len(kinds):
+    if not there:
         raise ModelError(
             f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {shown(index)} for "
             f"{title}."

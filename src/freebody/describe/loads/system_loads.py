@@ -122,16 +122,22 @@ def spring(
 
 
 def damper(
-    system: Description, name: str, on: Any, to: Any = None, *, damping: Expression, coordinate: int = 0
+    system: Description,
+    name: str,
+    on: Any,
+    to: Any = None,
+    *,
+    damping: Expression,
+    coordinate: int | None = None,
 ) -> Load:
     """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m.
 
     On a ball or free joint it is a moment against the relative angular velocity, ``damping`` in N m s.
     """
-    if isinstance(on, Joint) and turns_freely(on):
+    if isinstance(on, Joint) and turns_freely(on, coordinate):
         return add(system, name, TorsionDamper(on, damping))
     if isinstance(on, Joint):
-        return add(system, name, JointDamper(on, damping, coordinate))
+        return add(system, name, JointDamper(on, damping, 0 if coordinate is None else coordinate))
     return add(system, name, Damper(on, _second(to, f"damper '{name}'"), damping))
 
 
@@ -163,7 +169,7 @@ def torsion_spring(
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
-    if isinstance(on, Joint) and turns_freely(on):
+    if turns_freely(on, coordinate):
         return add(system, name, TorsionSpring(on, stiffness, None if rest == 0 else rest))
     angles = [i for i, p in enumerate(on.primitives) if p.displaces and p.turns]
     if not angles:

@@ -36,9 +36,12 @@ from .action import Action, Couple
 from .load import Load
 
 
-def turns_freely(joint: Joint) -> bool:
-    """Return True for a joint with a ball."""
-    return any(motion.quaternion >= 0 for motion in joint.primitives)
+def turns_freely(joint: Joint, index: int | None = None) -> bool:
+    """Return True for a joint with a ball, or, with the number of a motion, if it is no displacement."""
+    motions = joint.primitives
+    if isinstance(index, int) and 0 <= index < len(motions) and len(motions) > 1:
+        motions = (motions[index],)
+    return any(motion.quaternion >= 0 for motion in motions)
 
 
 def check_turn(part: Any) -> None:
@@ -47,6 +50,11 @@ def check_turn(part: Any) -> None:
         raise ModelError(
             f"{part.heading} acts against the turn of a ball or free joint, but '{part.joint.name}' is a "
             f"{part.joint.type}. s.bushing acts between any two bodies."
+        )
+    if sum(motion.turns for motion in part.joint.primitives) > 1:
+        raise ModelError(
+            f"{part.heading} acts against the turn of a ball, but {part.joint.title} turns about other axes beside it. "
+            "Put a body between them, and give the ball a joint of its own."
         )
 
 

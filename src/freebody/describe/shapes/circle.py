@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
-from ...scalar.algebra import Expression, Vector, add, cross, scale
+from ...scalar.algebra import Expression, Scalar, Vector, add, cross, dot, negate, scale
 from ..frame import Frame, place_in
 from .data import flag, length, unit_vector
+from .plane import across
+from .point import Spot
 from .round import AboutAxis
 from .shape import ContactShape, expressions
+
+FLAT = Fraction(1, 10**11)
+"""Height of the highest point of an edge over its lowest one below which a disk lies flat [m]: a tenth of the gap below
+which contacts are closed, so that all points of the edge are."""
+BAND = Fraction(1, 10**9)
+"""Change of the reach of an edge where that height changes by half [m]: a correction of the state moves it by less."""
 
 
 class Circle(AboutAxis, kind="circle"):
@@ -28,10 +38,34 @@ class Circle(AboutAxis, kind="circle"):
         a = self.axle(at)
         return add(self.middle(at), scale(at(self.radius), at.field.unit(cross(a, cross(direction, a)))))
 
+    def standing(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the edge and four points of it for a plane."""
+        if self.inside or not other.endless:
+            return ()
+        u, v = (scale(self.radius, e) for e in across(self.axis))
+        rests = (Rest(self.body, add(self.at, e)) for e in (u, v, negate(u), negate(v)))
+        return Edge(self.body, self.at, self.axis, self.radius), *rests
+
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:
         """Return the circle of a body from the data of a file."""
         return circle(body, **data)
+
+
+class Edge(Circle, kind="edge", listed=False):
+    """The edge of a disk in space that may lie flat on a plane, where four points of it touch in its place."""
+
+    def reaches(self, at: Any, normal: Vector) -> tuple[Scalar, ...]:
+        """Return b ((h/h_0)² - 1)  with the height h = 2 r |a × n| of the highest point of the edge over the lowest."""
+        c = cross(self.axle(at), normal)
+        r = at(self.radius)
+        return (BAND * (dot(c, c) * (2 / FLAT) ** 2 * r * r - 1),)
+
+
+class Rest(Spot, kind="rest", listed=False):
+    """A point of an edge on which a disk stands that lies flat."""
+
+    stands = True
 
 
 def circle(
@@ -39,8 +73,8 @@ def circle(
 ) -> Circle:
     """Return a circle fixed in the body at right angles to ``axis``: a disk's edge.
 
-    It touches a plane with its lowest point, tilted or not. Points and round shapes touch it like the wall of a
-    cylinder along ``axis``, which in planar machines is the same.
+    It touches a plane with its lowest point, and in space with four of its points where it lies flat. Points and round
+    shapes touch it like the wall of a cylinder along ``axis``, which in planar machines is the same.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def on_plane(at: Any, feature: Any, flat: Any) -> Nearest:
     n = at.turned(flat.body, flat.normal)
     P = feature.support(at, negate(n))
     gap = dot(n, subtract(P, at.place(flat.body, flat.at)))
-    return Nearest(P, subtract(P, scale(gap, n)), n, gap)
+    return Nearest(P, subtract(P, scale(gap, n)), n, gap, feature.reaches(at, n))
 
 
 def plane(body: Frame, *, at: Any = None, normal: Any = "y") -> Plane:
@@ -74,11 +74,11 @@ def plane(body: Frame, *, at: Any = None, normal: Any = "y") -> Plane:
     """
     what = f"the plane of {body!r}"
     n = unit_vector(body, normal, f"the normal of {what}")
-    first, second = _across(n)
+    first, second = across(n)
     return Plane(body, place_in(body, at, what), n, first, second)
 
 
-def _across(n: Vector) -> tuple[Vector, Vector]:
+def across(n: Vector) -> tuple[Vector, Vector]:
     """Return two unit vectors that complete a right-handed set with ``n``; coordinate axes if possible."""
     units = list(UNIT.values())
     for k in range(3):

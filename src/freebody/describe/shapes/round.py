@@ -15,6 +15,9 @@ def between_round(at: Any, a: Any, b: Any) -> Nearest:
     With d from the centre of b to the centre of a, at right angles to the axis,
 
     outside  n = d/|d|,   g = |d| - r_a - r_b;        inside  n = -d/|d|,   g = r_b - r_a - |d|.
+
+    If a machine holds the centre on the axis, d is the exact 0 and n is, too: it has no direction, and needs none where
+    the contact is open, as beyond the end of a capsule. Closed it is refused.
     """
     A, B = a.middle(at), b.middle(at)
     d = subtract(A, B)
@@ -30,10 +33,11 @@ def between_round(at: Any, a: Any, b: Any) -> Nearest:
             A, d = subtract(A, along), subtract(d, along)
     distance = at.field.sqrt(dot(d, d))
     r_a, r_b = a.size(at), b.size(at)
+    nowhere = isinstance(distance, int) and distance == 0
     if b.inside:
-        n = scale(divide(-1, distance), d)
+        n = d if nowhere else scale(divide(-1, distance), d)
         return Nearest(subtract(A, scale(r_a, n)), subtract(B, scale(r_b, n)), n, r_b - r_a - distance)
-    n = scale(divide(1, distance), d)
+    n = d if nowhere else scale(divide(1, distance), d)
     return Nearest(subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b)
 
 

@@ -109,6 +109,8 @@ class ContactShape(OfBody):
     """Of two shapes the one with the greater number gives the tangents; 0 gives none."""
     patches: ClassVar[bool] = False
     """True for a convex solid, which touches other solids, spheres and points in patches."""
+    stands: ClassVar[bool] = False
+    """True for a point on which a disk stands that lies flat."""
     in_families: ClassVar[bool] = True
     section: ClassVar[str] = "contacts"
     """Section of model files in which contacts with such a surface stand."""
@@ -187,6 +189,14 @@ class ContactShape(OfBody):
 
     def ends(self, other: ContactShape) -> Sequence[ContactShape]:
         """Return the ends that a shape can roll over, beside the parts."""
+        return ()
+
+    def standing(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the shape as one that may lie flat on another, and the points on which it stands there; or nothing."""
+        return ()
+
+    def reaches(self, at: Any, normal: Vector) -> tuple[Scalar, ...]:
+        """Return what is all 0 or more where the support point touches a plane, for a shape that may lie flat."""
         return ()
 
     @property

@@ -23,6 +23,7 @@ from ...describe.contacts.mesh import Mesh
 from ...describe.joints.joint import Joint
 from ...describe.loads.action import Action as ContactAction
 from ...describe.loads.action import Couple, PointForce
+from ...errors import ModelError
 from ...model.closure import Closure, Thread
 from ...model.contact import elliptic_friction
 from ...model.contact_modes import Touching
@@ -183,8 +184,15 @@ def _own(touching: Touching) -> slice:
 
 
 def _touching(model: Model, state: State, touching: Touching) -> list[Scalar]:
-    """Return the gap and, in stick, the slip velocities."""
-    given = rows_of(model, state, (touching.contact,))
+    """Return the gap and, in stick, the slip velocities; refuse a contact without a direction."""
+    contact = touching.contact
+    if contact.law is None and touch(model, state, contact).undirected:
+        raise ModelError(
+            f"Contact '{contact.name}' of '{model.name}' cannot be closed: the centre of the {contact.feature.kind} "
+            f"is held on that of the {contact.surface.kind}, or on its axis, so that a force between them has no "
+            f'direction. Leave it open, modes={{"{contact.name}": "open"}}; a shaft in its bearing is a joint.'
+        )
+    given = rows_of(model, state, (contact,))
     return [*given.gap, *(() if touching.slips else given.rate[1:])][_own(touching)]
 
 

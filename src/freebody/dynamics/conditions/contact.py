@@ -21,7 +21,6 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -92,8 +91,9 @@ def definite_touches(model: Model, state: State) -> Iterator[tuple[Contact, Touc
     Shapes with a common centre or axis are equally near on all sides; so is a disk that lies flat.
     """
     for contact in model.contacts:
-        with suppress(ZeroDivisionError):
-            yield contact, touch(model, state, contact)
+        it = touch(model, state, contact)
+        if not it.undirected:
+            yield contact, it
 
 
 def touch(model: Model, state: State, contact: Contact) -> Touch:

@@ -12,8 +12,9 @@ transmits the force that enforces this.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import sympy
 
@@ -119,6 +120,21 @@ def on_path(model: Model, state: State, joint: JointPlace, forces: Mapping[int, 
         if t.key[1] in forces:
             result = plus(result, times(forces[t.key[1]], wrench))
     return result
+
+
+def on_ball(model: Model, state: State, joint: JointPlace, link: int, forces: Sequence[Scalar]) -> Spatial:
+    """Return the wrench on the child, about the joint's point in the last link's axes, of forces on the speeds of its
+    ball, or of a free joint.
+    """
+    if joint.pair.anchored:
+        motions = free_motions(model, state, joint)
+        own = [w for t, w in zip(motions, wrenches(motions), strict=True) if t.key[1] == link]
+        return reduce(plus, map(times, forces, own))
+    n, f = (forces[0], forces[1], forces[2]), (forces[3], forces[4], forces[5]) if len(forces) > 3 else ZERO
+    for i in joint.links[joint.links.index(link) + 1 :]:
+        R = state.joint(i)[0]
+        n, f = apply_transpose(R, n), apply_transpose(R, f)
+    return (n, f)
 
 
 def _with(free: list[Twist], motions: list[Twist], link: int) -> list[Twist]:

@@ -1,8 +1,8 @@
 """Free motions of a joint as twists about its point, each with the wrench that has power in it alone.
 
 Twists t_i = (w_i, v_i) with wrenches f_j, t_i·f_j = δ_ij. The turns w_i of motions that turn have dual vectors w^i in
-their span, w^i·w_j = δ_ij; those of turns about parallel axes are one turn, and their differences slide. With the dual
-vectors s^k of the slides s_k,
+their span, w^i·w_j = δ_ij; those of turns about parallel axes are one turn, and their differences slide. A turn beside
+a ball is a turn of the ball, and differs from it by a slide, too. With the dual vectors s^k of the slides s_k,
 
     slide k     force s^k,    couple -Σ_i (v_i·s^k) w^i
     turn i      couple w^i,   less the wrenches of the slides with which other turns differ from it.
@@ -20,6 +20,7 @@ from ...model.model import JointPlace, Model
 from ...scalar.algebra import (
     IDENTITY,
     ZERO,
+    Scalar,
     Vector,
     add,
     apply_transpose,
@@ -100,14 +101,16 @@ def wrenches(motions: Sequence[Twist]) -> list[Spatial]:
     """Return for each motion the wrench that has power one in it and none in the others."""
     slides, turns = slides_and_turns(motions)
     up = dual([t.turn for t in turns])
+    shares = shares_of(motions)
     result: dict[Key, Spatial] = {}
     for key, force in zip(slides, dual([*slides.values()]), strict=True):
         result[key] = (couple_beside(force, turns, up), force)
     for head, w in zip(turns, up, strict=True):
         result[head.key] = (w, ZERO)
-        for t in motions:
-            if t.key != head.key and t.turns and t.head == head.head:
-                result[head.key] = minus(result[head.key], times(t.sign * head.sign, result[t.key]))
+        for key, parts in shares.items():
+            for one, share in parts:
+                if one is head:
+                    result[head.key] = minus(result[head.key], times(share, result[key]))
     return [result[t.key] for t in motions]
 
 
@@ -140,17 +143,30 @@ def dual(vectors: Sequence[Vector]) -> list[Vector]:
 
 def slides_and_turns(motions: Sequence[Twist]) -> tuple[dict[Key, Vector], list[Twist]]:
     """Return the directions along which motions slide, by their keys, and the turns that are not parallel."""
-    heads: dict[Key, Twist] = {}
+    shares = shares_of(motions)
     slides: dict[Key, Vector] = {}
     for t in motions:
-        if not t.turns:
+        if not t.turns or t.key in shares:
             slides[t.key] = t.slide
-        elif t.head in heads:
-            first = heads[t.head]
-            slides[t.key] = subtract(t.slide, scale(t.sign * first.sign, first.slide))
-        else:
-            heads[t.head] = t
-    return slides, list(heads.values())
+            for head, share in shares.get(t.key, ()):
+                slides[t.key] = subtract(slides[t.key], scale(share, head.slide))
+    return slides, [t for t in motions if t.turns and t.key not in shares]
+
+
+def shares_of(motions: Sequence[Twist]) -> dict[Key, list[tuple[Twist, Scalar]]]:
+    """Return the turns that are made of others, w = Σ share w_j, by their keys: parallel ones, and those beside a ball,
+    whose axes are at right angles.
+    """
+    balls = {t.key[1] for t in motions if t.key[0].startswith("turn")}
+    axes = [t for t in motions if t.turns and t.key[1] in balls]
+    heads: dict[Key, Twist] = {}
+    result: dict[Key, list[tuple[Twist, Scalar]]] = {}
+    for t in motions:
+        if t.turns and axes and t.key[1] not in balls:
+            result[t.key] = [(axis, dot(t.turn, axis.turn)) for axis in axes]
+        elif t.turns and heads.setdefault(t.head, t) is not t:
+            result[t.key] = [(heads[t.head], t.sign * heads[t.head].sign)]
+    return result
 
 
 def carried(motions: Sequence[Twist], wrench: Spatial) -> Spatial:

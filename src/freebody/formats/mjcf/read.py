@@ -210,6 +210,17 @@ class Reader(Builder):
         """Add the spring, damper, stops and friction of a joint, which is the motion ``index`` of one of the system."""
         self.joint_of[joint.name] = joint
         name = identifier(joint.name, set())
+        if joint.kind == "ball" and sum(motion.turns for motion in made.primitives) > 1:
+            given = {
+                "spring": joint.stiffness, "damper": joint.damping, "dry friction": joint.friction,
+                "stop": joint.limits,
+            }  # fmt: skip
+            if lost := [word for word, value in given.items() if value]:
+                self.reading.left_out(
+                    joint.what, joint.element.line, "a ball beside hinges of its body moves without what acts against "
+                    "its turn", ", ".join(lost),
+                )  # fmt: skip
+            return
         if joint.kind not in SINGLE:
             self.turning(joint, name, made, index, pose)
         else:

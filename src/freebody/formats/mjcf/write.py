@@ -103,6 +103,11 @@ class _Writer:
                 what, "MuJoCo moves no body without a mass and a moment of inertia about each axis; give it a "
                 "thickness, such as fb.cylinder in place of fb.slender_bar, or fb.sphere in place of fb.particle",
             )  # fmt: skip
+        kinds = [motion.kind for motion in held.motions]
+        if "ball" in kinds and "hinge" in kinds[kinds.index("ball") :]:
+            m.refuse(
+                held.joint.title, "MuJoCo takes no turn after a ball in one body; put a body between them"
+            )
         for motion in held.motions:
             self._joint(body, motion, held, inside)
         if own.mass or any(map(any, own.inertia)):

@@ -79,9 +79,9 @@ def _motion(table: Table) -> Primitive:
     if kind not in kinds:
         table.fail(f"Unknown motion '{kind}' of a chain; {nearest(kind, kinds)}", "type")
     made = kinds[kind]
-    readers: dict[str, Any] = {"coordinate": _coordinates, "at": Table.vector}
+    readers: dict[str, Any] = {"coordinate": _coordinates, "at": Table.vector, "armature": Table.expression}
     if made.displaces:
-        readers |= {"axis": axis, "armature": Table.expression, "rotor": _rotor}
+        readers |= {"axis": axis, "rotor": _rotor}
     if "pitch" in made.__annotations__:
         table.raw("pitch")
         readers["pitch"] = Table.expression

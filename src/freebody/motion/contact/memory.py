@@ -188,6 +188,12 @@ class Memory:
         self.energy[:] = energy.constants(parameters)
         self.program.set_parameters(self.phase, parameters)
 
+    def fit_entry(self) -> None:
+        """Make the log longer if it has no room for one entry of an event or of a happening."""
+        it = self.it
+        if it.marked + 8 > it.marks_room or it.numbered + 2 + it.n_y > it.numbers_room:
+            self.longer_log()
+
     def longer_log(self) -> None:
         """Double what is full of the log."""
         it = self.it

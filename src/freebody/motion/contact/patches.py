@@ -3,7 +3,8 @@
 A place of a pair of solids (`model.patched`) has the numbers of a feature: points, normals and directions in the axes
 of its bodies. The compiled loop stops where two solids meet and where the features of a patch change
 (`families.feature_changes`); here the places get the features of the patch that is there. A feature that stays keeps
-its place. The polygon in which two solids touch is continuous at such a change, so speeds are too.
+its place, and so does a closed crossing between the ends of its edges. The polygon in which two solids touch is
+continuous at such a change, so speeds are too.
 
 An open place at the end of its sides, within the distance at which places come, that leaves them does not count: its
 contact stays open. Whether it is still a point of the patch is decided by round-off, on one side of a body and not on
@@ -184,10 +185,12 @@ class Patches:
         start = self.most * p
         tie = t == self.last[p] and not round_pair  # round-off has changed the features back
         within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
+        crosses = [bool(self.functions["crosses"](it, start + k)) for k in range(len(places))]
+        marks = {place: feature_changes.CROSSES for place, one in zip(places, crosses, strict=True) if one}
         kept = {
             place: one
             for k, (place, one) in enumerate(places.items())
-            if one in found or (found and within[k])
+            if one in found or (found and (within[k] or crosses[k]))
         }
         for one in found:
             if one not in kept.values():
@@ -198,7 +201,8 @@ class Patches:
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
         it.used[p] = len(kept) or -1
         for k, (place, one) in enumerate(kept.items(), start=start):
-            it.features[4 * k : 4 * k + 4], it.contact[k], it.tied[k] = one, pair.start + place, tie
+            it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.start + place
+            it.tied[k] = marks.get(place, tie)
         self.places[p], self.last[p] = kept, t
         return kept != places
 

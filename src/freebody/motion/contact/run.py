@@ -41,7 +41,7 @@ FEW = 1 << 10
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
-    """Raise if bodies are inside each other in the initial state, or a round shape does not fit its line of heights."""
+    """Raise if bodies are inside each other in the initial state, or a round shape does not fit what it touches."""
     refuse_misfits(work.model, work.values)
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
     rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
@@ -70,7 +70,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
                 if answer == event_run.PAUSE or it.stop:
                     between(it.t)
                 answered(work, answer)
-                few *= 2
+                few = min(2 * few, event_run.NO_PAUSE)
                 it.budget = few
                 if answer == event_run.PAUSE and between.is_long:
                     it.budget = event_run.NO_PAUSE
@@ -174,7 +174,7 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
 def tell(work: ContactRun, told: object) -> None:
     """Add a happening to the log."""
     it = work.it
-    work.memory.longer_log()
+    work.memory.fit_entry()
     work.told.append(told)
     it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
@@ -217,7 +217,7 @@ def changed(work: ContactRun) -> bool:
         if spec.direction not in (0, sign):
             continue
         if k < work.asked:
-            work.memory.longer_log()
+            work.memory.fit_entry()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
         elif work.counts[k - work.asked] > 0:
@@ -291,6 +291,11 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
             f"method='timestepping' with step=."
         )
+    if why == event_run.NO_STATE:
+        return SimulationError(
+            f"The motion of '{model}' has no finite state at the event at t = {t:.9g} s, in a step from {start:.9g} s, "
+            "as where slips lose their direction. Change the start a little, or take method='timestepping' with step=."
+        )
     if why == event_run.PASSED_OVER:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
@@ -315,9 +320,15 @@ def stalled(work: ContactRun) -> SimulationError:
 
 
 def flat(work: ContactRun, contacts: Sequence[int]) -> str:
-    """Return a sentence on disks in space among contacts: their lowest point is anywhere when they lie flat."""
+    """Return a sentence on disks in space among contacts: what touches in place of their edge when they lie flat."""
     for k in contacts:
         shapes = work.model.contacts[k].feature, work.model.contacts[k].surface
+        if any(shape.stands or shape.kind == "edge" for shape in shapes):
+            return (
+                f" While it lies flat, the disk of '{work.model.contacts[k].owner}' stands on four points of its edge, "
+                "and one that is about to tip between two of them rests on neither them nor the edge: give it more "
+                "points, body.corners(...)."
+            )
         if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
             return (
                 f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "
@@ -382,7 +393,7 @@ def paradox(work: ContactRun, why: int) -> SimulationError:
         f"Contacts of '{work.model.name}' at t = {it.t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
         f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, "
         f"which must be positive: {', '.join(criteria)}. Configuration: {where}. Less friction, or another direction "
-        f"of slip, has one motion."
+        f"of slip, has one motion.{flat(work, chosen)}"
     )
 
 

@@ -40,13 +40,14 @@ def event_slope(slopes: Slopes, phase: Phase, t: float, y: Array, k: int, why: i
     if why == event_run.GAP_CLOSED:
         return float(own[0])
     dF = along.forces[at : at + 1 + n]
+    pull, pulls = slopes.adhesion_of(slopes.outputs(k, t, y), k), slopes.adhesion_of(own, k)
     if why == event_run.NORMAL_ZERO:
-        return float(dF[0])
+        return float(dF[0]) + pulls
     if why == event_run.CONE_REACHED:
         F = slopes.forces(phase, t, y)[at : at + 1 + n]
         mu, change = slopes.look(t, y).static[k], slopes.laws_of(own, k)[1]
         size = np.linalg.norm(F[1:])
-        return float(mu * dF[0] + change * F[0] - F[1:] @ dF[1:] / size)
+        return float(mu * (dF[0] + pulls) + change * (F[0] + pull) - F[1:] @ dF[1:] / size)
     if why == event_run.SLIP_STOPPED:
         v = slopes.look(t, y).rate[at + 1 : at + 1 + n]
         dv = slopes.rates_of(own, k)[1:]
@@ -139,10 +140,11 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
         name = slopes.model.contacts[k].name
         if mode == "open" or k in changed:
             continue
-        if F[at] <= 1e-9 * largest:
+        pressure = F[at] + slopes.adhesion_of(slopes.outputs(k, t, y), k)
+        if pressure <= 1e-9 * largest:
             raise refused(slopes, t, f"contact '{name}' is closed without force")
         if mode == "stick" and n:
-            limit = seen.static[k] * F[at]
+            limit = seen.static[k] * pressure
             if limit - np.linalg.norm(F[at + 1 : at + 1 + n]) <= 1e-9 * max(limit, largest):
                 raise refused(slopes, t, f"contact '{name}' sticks exactly at its limit of friction")
     if any(mode == "open" for mode in phase.modes):

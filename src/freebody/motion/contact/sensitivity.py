@@ -40,7 +40,6 @@ from .slopes import NoDerivativesError, Slopes
 SPECIAL: dict[str, Callable[[Any], bool]] = {
     "resistance to rolling or spinning": lambda contact: bool(contact.presser),
     "friction under the load of a joint": lambda contact: contact.loaded,
-    "adhesion": lambda contact: contact.adhesion != 0,
 }
 """What a contact may have that the derivatives lack."""
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."

@@ -178,6 +178,10 @@ class Slopes:
         """Return the normal force that the state gives among the outputs of a contact."""
         return float(own[self.scene.candidates.pattern.contacts[k].laws + 4])
 
+    def adhesion_of(self, own: Array, k: int) -> float:
+        """Return the pull that a contact bears among its outputs."""
+        return float(own[self.scene.candidates.pattern.contacts[k].laws + 5])
+
     def row_entries(self, own: Array, r: int) -> Array:
         """Return row r of W among the outputs of its contact, in the order of the speeds."""
         pattern, result = self.scene.candidates.pattern, np.zeros(self.model.n_u)

@@ -231,9 +231,13 @@ def name(it: EventRun, contacts: Contacts) -> None:
     for i in range(contacts.contacts):
         at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
         it.mode[k], it.tied[k] = mode_of(contacts, i), 0
+        # N + A has the round-off of A
+        gone = it.adhering[k] != 0 and contacts.forces[at] <= event_run.SMALL * it.adhesion[k]
+        if gone and it.ends[k] == event_run.NORMAL_ZERO:
+            it.mode[k] = laws.OPEN
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
-        if not margin(contacts, i, it.mode[k], f, r) > small:
+        if gone or not margin(contacts, i, it.mode[k], f, r) > small:
             if it.mode[k] == laws.OPEN:
                 it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO and contacts.presser[i] < 0 else 0
             elif it.mode[k] == laws.STICK:

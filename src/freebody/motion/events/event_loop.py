@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import begin_slip, fading, halt, hold
+from .slips import begin_slip, fading, halt, hold, turn_back
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 
 
@@ -231,6 +231,7 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         if joined(it) != 0:
             it.stage = event_run.ARRIVE
             return RUNNING
+        turn_back(it, contacts)
         k = fading(it)
         if k >= 0:
             it.stopping[k], it.stage, it.halting = 1, event_run.HALT, 1
@@ -316,7 +317,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
-    wrong = depth(it)
+    wrong = depth(it, status)
     if wrong != 0:
         return wrong
     if status == STIFF:  # the phase goes on by the other method

@@ -81,7 +81,8 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     OTHER_PLACES,  # a patch of solids has other features
     STALLED,  # the steps do not move on
     OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
-) = range(100, 121)
+    NO_STATE,  # the state at an event is not finite
+) = range(100, 122)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 

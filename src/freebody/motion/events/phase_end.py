@@ -59,11 +59,14 @@ def creeps(it: EventRun, steps: int) -> int:
 
 
 @compiled
-def depth(it: EventRun) -> int:
-    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0."""
+def depth(it: EventRun, status: int) -> int:
+    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0.
+
+    So is an event whose state is not finite, between states that are.
+    """
     for i in range(it.n_y):
         if not math.isfinite(it.y[i]):
-            return 0
+            return event_run.NO_STATE if status == TERMINAL else 0
     look(it)
     near, slow, first = it.near, 1e3 * it.still, it.first_row
     for k in range(it.contacts):
@@ -72,7 +75,8 @@ def depth(it: EventRun) -> int:
             it.blame = k
             return event_run.TURNED
     for k in range(it.contacts):
-        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == laws.OPEN and it.times[first] < it.t:
+        alone = it.presser[k] < 0 and it.mode[k] == laws.OPEN
+        if it.gap[k] < -near and it.reach[k] > 0.0 and alone and it.times[first] < it.t:
             t, gap, pressing = it.t, it.gap[k], it.given[k]
             copy(it.y, it.kept, it.n_y)
             it.t = it.times[first]

@@ -6,7 +6,7 @@ from ...native.instructions import compiled, greater, inlined, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws
-from ..phase.mode_conditions import conditions_of, set_modes
+from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import LOW, SMALL, EventRun
 from .impulse_system import add_row, impelled
@@ -80,8 +80,9 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     found, count = 0, listed(it)
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
-        if mode == laws.OPEN:
-            it.dead[k] = 1 if abs(it.gap[k]) <= it.near and it.held[k] == 0 else 0
+        if mode == laws.OPEN:  # a corner beside its side, or a side beside its corner, does not touch
+            touches = abs(it.gap[k]) <= it.near and elsewhere(it.side, it.mode, it.contacts, k) == 0
+            it.dead[k] = 1 if touches and it.held[k] == 0 else 0
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]

@@ -15,7 +15,7 @@ from .event_run import EventRun
 from .impulse_system import add_row, impelled
 from .impulses import move_speeds
 from .log import log_phase, log_state
-from .moment import copy, is_smooth, look, product_of, row_of, slip_speed
+from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, project, set_up
 
 FADES, ALIKE = 100.0, 10.0
@@ -206,6 +206,24 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     if keep != 0:
         it.impulses, it.rest_left = work, it.impulses - work
     look(it)
+
+
+@compiled
+def turn_back(it: EventRun, contacts: Contacts) -> None:
+    """Take away slips along a line that are against the sense in which they begin: what an impact has left of them.
+
+    Otherwise the function that ends the slip would begin below zero, and never fall through it.
+    """
+    found, noise = 0, event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
+    for k in range(it.contacts):
+        v, it.stopped[k] = 0.0, 0
+        if it.mode[k] == laws.SLIDE_ON or it.mode[k] == laws.SLIDE_BACK:
+            v = it.rate[it.first[k] + 1]
+            v = v if it.mode[k] == laws.SLIDE_ON else -v
+        if -it.still <= v < -noise:
+            it.stopped[k], found = 1, 1
+    if found != 0:
+        stop(it, contacts, 0)
 
 
 @compiled

@@ -108,8 +108,13 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
 
 @compiled
 def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
+    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0.
+
+    Forces beyond their cone by F give a body of mass m the speed F h/m, far below a slip, so contacts are at rest whose
+    speeds in the problem are its round-off.
+    """
     least, found = event_run.SMALL * largest(contacts.forces, contacts.rows), 0
+    none = ACCEPTED * largest(contacts.given, contacts.rows)
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
     for i in range(it.count):
@@ -120,7 +125,9 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     for i in range(it.count):
         k = it.chosen[i]
         if it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least:
-            rests = it.tangents[k] == 2 and contacts.static[i] > 0.0 and slip_speed(it, k) <= it.still
+            r = contacts.after[contacts.at[i] + 1 :]
+            stays = slip_speed(it, k) <= it.still and r[0] * r[0] + r[1] * r[1] <= none * none
+            rests = it.tangents[k] == 2 and contacts.static[i] > 0.0 and stays
             it.mode[k] = laws.STICK if rests else laws.SLIDE
             if it.mode[k] == laws.SLIDE and is_smooth(it, k) and it.rough[k] != 0:
                 it.mode[k] = laws.SMOOTH

@@ -13,6 +13,9 @@ ends of both edges. If it is closed, it leaves at twice the distance outside a s
 (`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
 harm: of two convex solids, what lies within the sides is apart.
 
+An edge almost flat on a face crosses two of its sides, and the patch has one crossing at a time: two edges separate the
+solids better than the face. One that has closed stays until it is far or at an end of its edges (`crosses`).
+
 Round solids have one normal at each point, so that places of other features at a point of the patch, such as the end of
 an edge, hold it as well, up to a distance of round-off (`SAME`) greater than that at which features change. Places
 that the patch does not have hold as those of a tie do.
@@ -22,16 +25,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from ...native.instructions import (
-    Integers,
-    Reals,
-    bits,
-    compiled,
-    greater,
-    lesser,
-    reals_at,
-    root,
-)
+from ...native.instructions import Integers, Reals, bits, compiled, greater, lesser, reals_at, root
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
 from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
@@ -49,6 +43,8 @@ SUNK = 1e-4
 BAND, AWAY = 2.0 * BESIDE, 4.0
 """Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
 at which any place leaves."""
+CROSSES = 2
+"""Mark of a crossing that stays."""
 SAME = 4.0 * ALONG
 """Distance of two points, relative to the size, up to which they are one."""
 
@@ -60,7 +56,7 @@ class Followed(Record):
     ``first``, ``second``    members of each pair;  ``limit``: greatest gap that counts
     ``used``                 number of its places that have features, -1 while the pair is apart
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
-    ``tied``                 1 for a place that is kept at a tie
+    ``tied``                 1 for a place that is kept at a tie, `CROSSES` for a crossing that stays
     ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
     ``result``               approach and kept;  ``normal``, ``point``, ``part``: of a place, and where on its edges
     ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
@@ -191,9 +187,24 @@ def is_point(it: Followed, one: Integers, k: int) -> int:
 def within(it: Followed, at: int) -> int:
     """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
     band = BAND * it.families.patch.extent
-    if it.mode[it.contact[at]] == 0:
+    if it.mode[it.contact[at]] == 0 or it.tied[at] == CROSSES:
         band = -band
     return 1 if beside(it, it.features[4 * at :]) <= band else 0
+
+
+@compiled
+def crosses(it: Followed, at: int) -> int:
+    """Return 1 if a place, whose cores are laid, is a crossing of edges that stays though the patch may not have it.
+
+    It is near, away from the ends of both edges, and closed; or it stays since it was.
+    """
+    one, marked = it.features[4 * at :], it.tied[at] == CROSSES
+    if one[1] < 0 or one[3] < 0 or it.families.one.radius + it.families.other.radius > 0.0:
+        return 0
+    if it.mode[it.contact[at]] == 0 and not marked:
+        return 0
+    near = gap_of(it, one) <= it.limit[at // it.most]
+    return 1 if near and beside(it, one) <= -BAND * it.families.patch.extent else 0
 
 
 @compiled
@@ -378,6 +389,7 @@ def functions() -> dict[str, Any]:
         "kept": kept,
         "counts": counts,
         "within": within,
+        "crosses": crosses,
         "measure": measure,
         "outside": outside_sides,
     }

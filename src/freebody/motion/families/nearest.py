@@ -83,8 +83,10 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
 
 @compiled
 def across_pair(patch: Patch, distance: float) -> None:
-    """Take the direction between the nearest points of two edges as the normal."""
-    if distance > 0.0:
+    """Take the direction between the nearest points of two edges as the normal; edges that meet have none of it."""
+    if distance == 0.0:
+        patch.apart = greater(patch.apart, 0.0)
+    else:
         patch.apart, patch.kind = distance, EDGES
         for k in range(3):
             patch.normal[k] = (patch.pair[3 + k] - patch.pair[k]) / distance

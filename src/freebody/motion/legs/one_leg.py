@@ -11,6 +11,7 @@ from typing import Any
 
 from ..ending import FAILED, End
 from ..kernels.methods import Way
+from ..kernels.switches import switches
 from ..ode import layout, loops
 from ..ode.dense_output import Rates
 from ..request import Problem, Request, problem_of
@@ -36,13 +37,19 @@ def motion_in_one_leg(request: Request) -> Trajectory:
     """
     several = len(request.model.bodies) >= SEVERAL
     method = "dop853" if request.method == "auto" else request.method
-    with loops.ahead(method) if several else contextlib.nullcontext():
+    with loops.ahead(method, _watched(request)) if several else contextlib.nullcontext():
         problem = problem_of(request)
     with problem.progress() as between:
         if problem.kernels.dropped:
             return legs_of(problem, between)
         trajectory = _in_one_leg(problem, between)
         return legs_of(problem, between, finer=True) if trajectory is None else trajectory
+
+
+def _watched(request: Request) -> bool:
+    """Return whether the run will have event functions."""
+    none = isinstance(request.events, tuple | list) and not request.events
+    return not none or bool(switches(request.model))
 
 
 def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:

@@ -78,7 +78,7 @@ def with_work(problem: Problem, rates: Rates) -> tuple[Array, Array]:
         return problem.state, tolerances
     state = np.append(problem.state, 0.0)
     # the energy is observed by the loop of the method, so that no other loop is compiled
-    loops.use(first_method(kernels, problem.request.method, tolerances))
+    loops.use(first_method(kernels, problem.request.method, tolerances), bool(problem.specs))
     energies = loops.observed(kernels.motion().address("energy"), 2, problem.begin, state, rates.constants_at)
     energy = max(map(abs, energies))
     absolute = tolerances.copy()

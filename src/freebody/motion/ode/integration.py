@@ -243,7 +243,7 @@ class _Run:
                 search.c = rates.constants if watch.constants is None else watch.constants
                 search.directions[:], search.terminal[:] = watch.directions, watch.terminal
             self.relative[:] = common.relative
-            self.function = loops.use(common.method)
+            self.function = loops.use(common.method, self.m > 0)
         if self.absolute_of is not absolute:
             self.absolute[:] = absolute
             unchanging = isinstance(absolute, np.ndarray) and not absolute.flags.writeable

@@ -12,12 +12,22 @@ import numpy as np
 from ...native.loop import Loop, address, made, module_named, sibling
 from . import tableau
 
-CALLED = ("piece", "sample", "observe")
+CALLED = {"": ("piece", "sample", "observe"), "steps": ("piece", "observe"), "states": ("sample", "observe")}
+"""Functions of `step_control` and `states` that Python calls: all; of runs without event functions; of states between
+steps. A first run compiles what it calls and no more."""
 
 
-def functions(method: str = "dop853") -> Loop:
-    """Return the compiled functions of a method: `step_control.piece`, `sample` and `observe`."""
-    return made(label(method), (place(method),), CALLED, lambda: compiled_functions(method))
+def functions(method: str = "dop853", part: str = "") -> Loop:
+    """Return the compiled functions of a method, all or those of a part (`CALLED`)."""
+    name = _name(method, part)
+    _loaded[name] = result = made(
+        name, (place(method),), CALLED[part], lambda: compiled_functions(method, watched=part != "steps")
+    )
+    return result
+
+
+def _name(method: str, part: str) -> str:
+    return f"{label(method)} {part}" if part else label(method)
 
 
 def place(method: str) -> str:
@@ -30,40 +40,41 @@ def label(method: str) -> str:
     return f"{method} {tableau.OWN[method].identity}" if method in tableau.OWN else method
 
 
-def compiled_functions(method: str) -> Any:
-    """Return the functions of a method (`step_control.Functions`)."""
+def compiled_functions(method: str, watched: bool = True) -> Any:
+    """Return the functions of a method (`step_control.Functions`), of runs with event functions or without."""
     module = module_named(place(method))
-    return module.functions(tableau.OWN[method]) if method in tableau.OWN else module.FUNCTIONS
+    result = module.functions(tableau.OWN[method]) if method in tableau.OWN else module.FUNCTIONS
+    return result if watched else type(result)(result.method, watched)
 
 
 _loaded: dict[str, Loop] = {}
-"""The functions of each method whose code is loaded in this process, by its label."""
+"""The functions whose code is loaded in this process, by the label of the method and the part."""
 
 
-def use(method: str) -> Callable[[int], int]:
-    """Return `step_control.piece` of a method, a function of an address, and load the code of the method.
+def use(method: str, watched: bool) -> Callable[[int], int]:
+    """Return `step_control.piece` of a method, a function of an address, for runs with event functions or without.
 
     Call this before any other function of the method, so that no other method has to be compiled.
     """
-    if label(method) not in _loaded:
-        _loaded[label(method)] = functions(method)
-    piece: Callable[[int], int] = _loaded[label(method)].functions["piece"].code
+    part = "" if watched else "steps"
+    loop = _loaded.get(_name(method, part)) or functions(method, part)
+    piece: Callable[[int], int] = loop.functions["piece"].code
     return piece
 
 
 def _any_loop() -> Loop:
     """Return the functions of a method that is loaded, for what is the same in all methods."""
-    return next(iter(_loaded.values()), None) or functions()
+    return next(iter(_loaded.values()), None) or functions(part="states")
 
 
 @contextlib.contextmanager
-def ahead(method: str) -> Iterator[None]:
+def ahead(method: str, watched: bool) -> Iterator[None]:
     """Load the code of a method in a thread of its own, which ends with the context.
 
     On a new computer a loop is translated by Python, and a machine compiled by LLVM, which leaves Python to others.
     """
-    thread = threading.Thread(target=_load, args=(method,), name="freebody")
-    if label(method) not in _loaded:
+    thread = threading.Thread(target=_load, args=(method, watched), name="freebody")
+    if _name(method, "" if watched else "steps") not in _loaded:
         thread.start()
     try:
         yield
@@ -72,14 +83,15 @@ def ahead(method: str) -> Iterator[None]:
             thread.join()
 
 
-def _load(method: str) -> None:
+def _load(method: str, watched: bool) -> None:
     with contextlib.suppress(Exception):  # the run loads the code itself, and says what is wrong
-        functions(method)
+        use(method, watched)
 
 
 def sample(method: str, *arguments: Any) -> None:
     """Compute states at given times by `step_control.sample`."""
-    functions(method).functions["sample"](*arguments)
+    part = "" if _name(method, "") in _loaded else "states"
+    functions(method, part).functions["sample"](*arguments)
 
 
 def observe(*arguments: Any) -> None:

@@ -68,15 +68,22 @@ TINY = 1e-300
 
 method: Any = None
 """The method, in the functions below."""
+watched: bool = True
+"""False in the functions of runs without event functions."""
 
 part = Parts()
 
 
 class Functions(dict[str, Compiled]):
-    """The compiled loop of a method: the functions of this module, with ``method`` as a constant."""
+    """The compiled loop of a method: the functions of this module, with ``method`` as a constant.
 
-    def __init__(self, method: Method) -> None:
-        space = {**vars(states), **vars(event_search), **globals(), "method": method}
+    The search for events is half of the code: runs without event functions have a loop without it.
+    """
+
+    def __init__(self, method: Method, watched: bool = True) -> None:
+        space = {
+            **vars(states), **vars(event_search), **globals(), "method": method, "watched": watched,
+        }  # fmt: skip
         bound = (module.part.bound(space) for module in (states, event_search))
         super().__init__(
             {name: f for functions in bound for name, f in functions.items()} | part.bound(space)
@@ -351,7 +358,7 @@ def accept(run: Run) -> int:
             run.stiffness += 1
             if run.stop_if_stiff != 0:
                 status = STIFF
-    if search.count > 0:
+    if watched and search.count > 0:
         stop = follow_events(run)
         if search.seen < 1.0:
             return RUNNING
@@ -424,7 +431,7 @@ def piece(run: Run) -> int:
         for i in range(run.n):
             run.states[0, i] = run.y[i]
         status = launch(run)
-        if run.search.count > 0 and status == RUNNING:
+        if watched and run.search.count > 0 and status == RUNNING:
             status = look(run)
     if status == RUNNING:
         status = advance(run)

@@ -42,8 +42,9 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
     """Return the function of an ending that may come; ``size`` is the round-off of forces."""
     k, law, sign = phase.owner[i], phase.law[i], phase.sign[i]
     seen = phase.gaps[phase.gap_at[k] :]
-    if law == laws.GAP:
-        return seen[0] - phase.band[k]
+    if law == laws.GAP:  # a disk that lies flat stands on other points than the lowest
+        apart = seen[0] - phase.band[k]
+        return greater(apart, -seen[1]) if phase.reaches[k] == 1 else apart
     v, F = rates_of(phase, k), force_of(phase, k)
     if law == laws.PRESS:  # inside, after its law would have pulled: as it presses again
         return greater(seen[0] - phase.band[k], -given_force_of(phase, k))

@@ -94,15 +94,16 @@ def set_closed(phase: PhaseData, modes: Integers) -> None:
 
 
 @compiled
-def elsewhere(phase: PhaseData, modes: Integers, k: int) -> int:
-    """Return 1 if the foot is on the side that this corner ends, or on a corner of this side; else 0."""
-    side = phase.side[k]
-    if side >= 0 and modes[side] != laws.OPEN:
+def elsewhere(side: Integers, modes: Integers, contacts: int, k: int) -> int:
+    """Return 1 if the foot is on the side that this corner ends, or on a corner of this side; else 0.
+
+    ``side`` is that which each of the contacts ends, or -1.
+    """
+    if side[k] >= 0 and modes[side[k]] != laws.OPEN:
         return 1
-    if phase.reaches[k] > 0:
-        for j in range(phase.contacts):
-            if phase.side[j] == k and modes[j] != laws.OPEN:
-                return 1
+    for j in range(contacts):
+        if side[j] == k and modes[j] != laws.OPEN:
+            return 1
     return 0
 
 
@@ -120,7 +121,11 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
     for k in range(phase.contacts):
         n, mode, law = phase.tangents[k], modes[k], laws.NORMAL
         if mode == laws.OPEN:
-            law = laws.NEVER if dead[k] != 0 or elsewhere(phase, modes, k) != 0 else laws.GAP
+            law = (
+                laws.NEVER
+                if dead[k] != 0 or elsewhere(phase.side, modes, phase.contacts, k) != 0
+                else laws.GAP
+            )
         if phase.held[k] != 0:
             law = laws.NEVER
         if phase.compliant[k] != 0:

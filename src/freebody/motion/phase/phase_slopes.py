@@ -4,7 +4,8 @@ With u' and λ at the state, and d(...) the derivative along the direction (s, �
 
     M du' = -d(M u' + h - Q) + Σ λ dW + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
 
-and dN W_N + d(-μ N d) W_T for a normal force N that the state gives (compliant contacts, friction of joints).
+and dN W_N + d(-μ N d) W_T for a normal force N that the state gives (compliant contacts, friction of joints). With an
+adhesion A it is N + A that the conditions give and that friction has, and -dA W_N is a load.
 
 These are the equations of the phase (`closed_contacts`) with other right-hand sides: one solution of them more for each
 direction, with the same factors. Dependent conditions follow from the independent ones as long as the direction keeps
@@ -19,7 +20,17 @@ from ...native.instructions import Reals, call, compiled, root
 from . import laws
 from .bearings import solve
 from .closed_contacts import force_row, independent
-from .contact_outputs import force_of, forwarded, friction, moved, open_touched, product, rates_of, row_taken
+from .contact_outputs import (
+    adhesion_of,
+    force_of,
+    forwarded,
+    friction,
+    moved,
+    open_touched,
+    product,
+    rates_of,
+    row_taken,
+)
 from .phase_kernels import rates
 from .phase_record import PhaseData
 from .projection import projection
@@ -70,12 +81,12 @@ def bias_along(it: PhaseSlopes, phase: PhaseData, k: int, j: int) -> float:
 
 @compiled
 def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
-    """Add N W_T d(-μ d) of all contacts that slip to z."""
+    """Add (N + A) W_T d(-μ d) of all contacts that slip to z."""
     spare = phase.spare
     for i in range(phase.conditions):
         if phase.slip[i] != laws.NO_SLIP:
             k = phase.source[i]
-            N = force_of(phase, k)[0]
+            N = force_of(phase, k)[0] + adhesion_of(phase, k)
             for j in range(phase.tangents[k]):
                 row_taken(phase, phase.first[k] + 1 + j, spare)
                 change = N * turned(it, phase, k, phase.slip[i], j)
@@ -85,7 +96,10 @@ def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
 
 @compiled
 def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
-    """Set the derivatives of the normal forces that the state gives, and of friction by these; add their loads to z."""
+    """Set the derivatives of the normal forces that the state gives, and of friction by these; add their loads to z.
+
+    Adhesions are such loads, too.
+    """
     spare = phase.spare
     for i in range(phase.closed_count):
         k = phase.closed[i]
@@ -103,6 +117,10 @@ def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
                 row_taken(phase, at + j, spare)
                 for p in range(it.n):
                     it.z[p] += it.force[at + j] * spare[p]
+        elif phase.adhesive_count > 0:
+            row_taken(phase, phase.first[k], spare)
+            for p in range(it.n):
+                it.z[p] -= it.touch[phase.laws_at[k] + 5] * spare[p]
 
 
 @compiled
@@ -135,9 +153,10 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
             z[p] += phase.lam[i] * K[p]
     for i in range(phase.conditions):
         k, x = phase.source[i], phase.lam[i]
-        it.force[phase.first[k] + phase.row_of[i]] = x
+        pull = it.touch[phase.laws_at[k] + 5] if phase.row_of[i] == 0 else 0.0
+        it.force[phase.first[k] + phase.row_of[i]] = x - pull
         if phase.slip[i] != laws.NO_SLIP:
-            N = force_of(phase, k)[0]
+            N = force_of(phase, k)[0] + adhesion_of(phase, k)
             for j in range(phase.tangents[k]):
                 it.force[phase.first[k] + 1 + j] = x * phase.share[k, j] + N * turned(
                     it, phase, k, phase.slip[i], j

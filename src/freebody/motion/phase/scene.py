@@ -82,7 +82,7 @@ def ends_of_sides(model: Model) -> dict[int, list[tuple[int, int]]]:
     for k, c in enumerate(model.contacts):
         side = names.get(c.owner, k)
         if side != k and not c.presser:
-            count[side] = count.get(side, -1) + 1
+            count[side] = 0 if c.stands else count.get(side, -1) + 1
             result[k] = [(side, count[side])]
     return result
 

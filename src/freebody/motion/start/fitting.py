@@ -1,4 +1,4 @@
-"""Round shapes that fit their line of heights: they touch it at one place, whatever they do.
+"""Round shapes that fit into what they touch: a hollow is larger, and a line of heights touched at one place only.
 
 A line y = f(x) has the curvature κ = f''/(1 + f'²)^(3/2). A circle of radius R touches it at one place if R κ < 1
 everywhere, and the root that is this place is found if R κ changes by less than 1 - R κ over the distance 2⁻²⁰ R that
@@ -8,7 +8,7 @@ bisections leave (`Field.root`). Both are proven by bounds over ranges of x, whi
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -33,18 +33,43 @@ CURE = (
 
 
 def refuse_misfits(model: Model, values: Mapping[str, float]) -> None:
-    """Raise SimulationError if a round shape does not fit its line of heights with these values of the parameters."""
+    """Raise SimulationError if a round shape does not fit a hollow or its line of heights with these parameters."""
     state = None
+    for name, inner, hollow in _hollows(model):
+        state = state or float_state(model, values=values)
+        r, R = float(state(inner.radius)), float(state(hollow.radius))
+        if r >= R:
+            raise SimulationError(
+                f"The {inner.kind} of contact '{name}' has the radius {r:.6g} m and does not fit inside a "
+                f"{hollow.kind} of radius {R:.6g} m. A shaft without play is a joint: s.revolute(...)."
+            )
     for contact, shape, line in _pairs(model.contacts):
         state = state or float_state(model, values=values)
         _check(contact, shape, line, state)
 
 
+def _hollows(model: Model) -> Iterable[tuple[str, Any, Any]]:
+    """Yield contact, inner shape and hollow, once for each pair of radii; numbers were compared when declared."""
+    seen = set()
+    for contact in model.contacts:
+        if contact.law is None and contact.surface.inside and hasattr(contact.feature, "radius"):
+            yield contact.name, contact.feature, contact.surface
+    for family in model.families:
+        for j, hollow in enumerate(family.members):
+            if not hollow.shape.inside:
+                continue
+            for i, inner in enumerate(family.members):
+                r = getattr(inner.shape, "radius", None)
+                if r is not None and (r, hollow.shape) not in seen and family.meet(i, j):
+                    seen.add((r, hollow.shape))
+                    yield family.label(i, j), inner.shape, hollow.shape
+
+
 def _pairs(contacts: Iterable[Contact]) -> Iterable[tuple[Contact, Any, Heightline]]:
     for contact in contacts:
         for line, shape in ((contact.surface, contact.feature), (contact.feature, contact.surface)):
-            if isinstance(line, Heightline) and hasattr(shape, "radius"):
-                yield contact, shape, line
+            if line.look == "profile" and hasattr(shape, "radius"):
+                yield contact, shape, cast(Heightline, line)
 
 
 def _check(contact: Contact, shape: Any, line: Heightline, state: State) -> None:

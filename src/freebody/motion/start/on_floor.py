@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...describe.frame import Point
-from ...describe.shapes.heightline import Heightline
 from ...describe.system import System
 from ...dynamics.conditions.contact import touch
 from ...dynamics.kinematics import place_of, point_position
@@ -109,7 +108,7 @@ def _on_floors(model: Model, up: Vector) -> dict[int, list[Contact]]:
         still = [end for end in ends if end.body.is_ground]
         if contact.law is not None or len(still) != 1:
             continue
-        if not (still[0].endless or (isinstance(still[0], Heightline) and up == IDENTITY[1])):
+        if not (still[0].endless or (still[0].look == "profile" and up == IDENTITY[1])):
             continue
         link, _ = place_of(model, ends[1 if ends[0] is still[0] else 0].body)
         while model.links[link].parent != GROUND:

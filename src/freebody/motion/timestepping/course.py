@@ -33,7 +33,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
-from .mean_motion import mean_motion
+from .mean_motion import mean_motion, middle_of
 from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
 from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
 
@@ -187,13 +187,11 @@ class InSteps:
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
-        n_q, h = self.kernels.model.n_q, self.stepping.step
+        h = self.stepping.step
         moving, _ = stepping(self.kernels)
         t, begin = self.path.times[steps], self.path.states[steps]
         rate = self._observed(moving, "moving", t, begin)
-        middle = begin[:, :n_q] + h / 2 * rate[:, :n_q]
-        for i in self.kernels.model.quaternions:
-            middle[:, i : i + 4] /= np.linalg.norm(middle[:, i : i + 4], axis=1, keepdims=True)
+        middle = middle_of(model, begin, rate, h)
         lengths = (self.path.times[steps + 1] - t)[:, None]
         end = self.path.states[steps + 1] - self.impulses.corrections[steps]  # before what follows the forces
         u, udot = mean_motion(model, self.values, middle, begin, end, lengths)

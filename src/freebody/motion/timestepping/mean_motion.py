@@ -21,6 +21,14 @@ def center(model: Model, values: Mapping[str, float], link: Link) -> Vector:
     return (x, y, z)
 
 
+def middle_of(model: Model, states: Array, rates: Array, h: float) -> Array:
+    """Return q_M = q + h/2 q'(q, u) of each state, with unit quaternions; ``rates`` begin with q'."""
+    q = states[:, : model.n_q] + h / 2 * rates[:, : model.n_q]
+    for i in model.quaternions:
+        q[:, i : i + 4] /= np.linalg.norm(q[:, i : i + 4], axis=1, keepdims=True)
+    return q
+
+
 def mean_motion(
     model: Model, values: Mapping[str, float], middle: Array, begin: Array, end: Array, h: Array
 ) -> tuple[Array, Array]:

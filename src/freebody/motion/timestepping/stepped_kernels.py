@@ -223,7 +223,7 @@ def gaps(kernels: Kernels) -> Program:
 
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given = contact_rows(kernels.model, state)
-        reaches = [x for one in touches(kernels.model, state) for x in (*one.reach, 1, 1)[:2]]
+        reaches = [x for one in touches(kernels.model, state) for x in one.both_reaches]
         return {"gap": list(given.gap), "reach": reaches, "rate": list(given.rate)}
 
     return kernels.program("gaps", functions)

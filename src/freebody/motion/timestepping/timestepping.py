@@ -40,6 +40,7 @@ from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accepted, check_laws, failure
+from .mean_motion import middle_of
 from .memory import functions, kernels_and_shape, memory_of
 from .pair_motion import PairLog
 
@@ -271,10 +272,8 @@ class _Run:
     def _strike(self, now: Sequence[Blow], y: Array) -> None:
         """Set the generalized impulse of blows, computed from the positions in the middle of the step."""
         n_q, t = self.model.n_q, self.begin + self.done * self.h
-        rate = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)[0]
-        q = y[:n_q] + self.h / 2 * rate[:n_q]
-        for i in self.model.quaternions:
-            q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
+        rates = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)
+        q = middle_of(self.model, y[None], rates, self.h)[0]
         state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + self.h / 2, self.values)
         told = []
         for one in now:

@@ -248,15 +248,6 @@ class Machine(MachineDrawing):
             items += symbols.bearing(end - 6.0 * side * d, d, self.down) if on_ground else []
         return items if on_ground else [*items, *symbols.pin(at)]
 
-    def along(self, body: str, at: Array, d: Array) -> float:
-        """Distance from a point at which the line in a direction leaves a body [pt]."""
-        distance = np.arange(0.0, 2 * WIDE, 1.0)
-        within = np.zeros(len(distance), dtype=bool)
-        for area in self.areas_of(body):
-            for beside in (-2.0, 2.0):  # the axis may be an edge of the body
-                within |= inside(area, at + distance[:, None] * d + beside * np.array([-d[1], d[0]]))
-        return float(distance[within].max()) if within.any() else 0.0
-
     def _outward(self, body: str, at: Array) -> Array:
         """Direction of a bracket, outside its body: down, or up if the body hangs down from its joint."""
         center = self.page(self.now.place(body, self.model.bodies[body].center))

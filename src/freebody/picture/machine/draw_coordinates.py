@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 NEAR = 60.0
 """Distance of the centres of arcs within which an arc is drawn where it meets the others least [pt]."""
 
+SQUARE = 0.3
+"""Least length on paper of a unit vector along an axis on which an arc is moved: an arc moves where it is seen to."""
+
 
 def mark_coordinates(m: MachineDrawing) -> None:
     """Draw displacements and angles of the joints, and the axes of bodies that turn freely."""
@@ -123,22 +126,25 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
         _far_axis(m, name, at, box)
         return
-    # arcs about one point have increasing radii
+    # arcs about one point have increasing radii, or lie apart on their axes
     concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
     m.arcs.append(at)
-    others = [float(np.linalg.norm(at - q)) for q in m.arcs[:-1]]
-    near = not concentric and min(others, default=NEAR) < NEAR
+    near = sum(float(np.linalg.norm(at - q)) < NEAR for q in _turning(m)) > 1
     count = max(8, int(abs(math.degrees(value)) / 4))
     choices = []
-    for k, r in enumerate(square if near else square[:1]):
+    places = [0.0, *_along_axis(m, name, number, at, n)] if near else [0.0]
+    for k, (shift, r) in enumerate((s, r) for s in places for r in (square if near else square[:1])):
+        center = point + shift * n
         before = _about(n, -value) @ r
-        for further in range(2 if near else 1):
-            radius = ((24.0 if m.many else 40.0) + 13.0 * (concentric + further)) / m.scale
+        for further in range(3 if near else 1):
+            more = further if shift else concentric + further
+            radius = ((24.0 if m.many or shift else 40.0) + 13.0 * more) / m.scale
             turns = np.linspace(0, value, count)
-            curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in turns])
-            ends = [np.array([at, m.page(point + 1.35 * radius * d)]) for d in (before, r)]
+            curve = np.array([m.page(center + radius * (_about(n, a) @ before)) for a in turns])
+            foot = m.page(center)
+            ends = [np.array([foot, m.page(center + 1.35 * radius * d)]) for d in (before, r)]
             cost = sum(m.placer.crowding(line) for line in (curve, *ends)) if near else 0.0
-            choices.append((cost + 0.1 * further, k, further, radius, curve, ends))
+            choices.append((cost + 0.1 * (further + (shift != 0.0)), k, further, radius, curve, ends))
     *_, radius, curve, ends = min(choices, key=lambda choice: choice[:3])
     sides = [Line(ends[0], Style(GREY, 0.7, (4.0, 2.5))), Line(ends[1], Style(GREY, 0.7))]
     items: list[Any] = [
@@ -149,9 +155,38 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
         items.append(Arrow(curve, Style(GREY, 0.9)))
     m.add(items, class_="coordinate", data_joint=name)
     middle = curve[len(curve) // 2]
-    out = middle - at
+    out = middle - ends[0][0]
     out = out / max(float(np.linalg.norm(out)), 1e-9)
     m.labels.append((f"${latex(exact, m.e.ring)}$", [(middle, out)], 10.5, GREY))
+
+
+def _turning(m: MachineDrawing) -> list[Array]:
+    """Points of all turns of joints whose angles are drawn, on paper."""
+    return [
+        m.page(m.joints[name].point)
+        for name, joint in m.model.joints.items()
+        for link in (m.model.links[i] for i in joint.links)
+        if link.turns_only and m.e.ring.atoms_of(m.e.ring.coerce(m.e.state(link.displacement)))
+    ]
+
+
+def _along_axis(m: MachineDrawing, name: str, number: int, at: Array, n: Array) -> list[float]:
+    """Distances from a joint, along an axis of its, at which the arc of a turn may lie as well.
+
+    That of a hinge lies at either end of its shaft, that of the last of several turns between the joint and the mass
+    centre of its body: an arc measures the same angle anywhere along its axis.
+    """
+    _, _, parent, child, point = m.joints[name]
+    chain = m.model.joints[name].links
+    paper = m.view(n)
+    length = float(np.linalg.norm(paper))
+    if number != chain[-1] or length < SQUARE:
+        return []
+    d = paper / length
+    if len(chain) > 1:
+        arm = float((m.now.place(child, m.model.bodies[child].center) - point) @ n)
+        return [part * arm for part in (0.5, 0.7)] if abs(arm) * m.scale * length > NEAR else []
+    return [s * (m.along(child, at, s * d) + 4.0) / (m.scale * length) for s in (1.0, -1.0)]
 
 
 def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:

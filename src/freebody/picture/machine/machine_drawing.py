@@ -14,7 +14,7 @@ from ...model.closure import Closure
 from ...model.model import Link
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
-from ..paper.placing import Placer
+from ..paper.placing import Placer, inside
 from ..paper.sheet import Arrow, Circle, Group, arc
 from ..paper.view import View
 from .configuration import Configuration
@@ -161,6 +161,15 @@ class MachineDrawing:
     def reach(self, body: str, at: Array, d: Array) -> float:
         """Distance by which a body reaches from a point in a direction [pt]."""
         return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
+
+    def along(self, body: str, at: Array, d: Array) -> float:
+        """Distance from a point at which the line in a direction leaves a body [pt]."""
+        distance = np.arange(0.0, 2 * WIDE, 1.0)
+        within = np.zeros(len(distance), dtype=bool)
+        for area in self.areas_of(body):
+            for beside in (-2.0, 2.0):  # the axis may be an edge of the body
+                within |= inside(area, at + distance[:, None] * d + beside * np.array([-d[1], d[0]]))
+        return float(distance[within].max()) if within.any() else 0.0
 
     def areas_of(self, name: str) -> list[Array]:
         """Polygons that a body covers on paper; they are computed once."""

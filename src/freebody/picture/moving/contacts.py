@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...model.contact import friction_margin
+from ...motion.contact.course import distances
 from ...motion.ode.dense_output import observe
 from ...motion.phase.candidates import stretch_numbers
-from ...motion.timestepping.course import distances
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Contacts:
                 first, second = (*touch.tangents, ZERO, ZERO)[:2]
                 numbers += [touch.gap, *touch.normal, *first, *second, *touch.on_feature]
                 numbers += [state(contact.static_friction), state(contact.adhesion), state(contact.stretch)]
-                numbers += (*touch.reach, 1, 1)[:2]
+                numbers += touch.both_reaches
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
@@ -125,7 +125,7 @@ class Contacts:
         return Touched(
             tuple(contact.name for contact in self.model.contacts),
             [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
-            distances(self.model, gap, reach, np.zeros(gap.shape))[0],
+            distances(self.model, gap, reach, np.zeros_like(gap))[0],
             frame[:, :, 1:4],
             frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
             frame[:, :, 10:13],

@@ -112,6 +112,6 @@ class Outputs:
                 static, pressure = state(contact.static_friction), N + state(contact.adhesion)
                 ratio = state(contact.stretch)
                 result += [*T, friction_margin(static, pressure, T, ratio, state.field.sqrt)]
-            result += [*normal, *friction, *touch.on_feature, *(*touch.reach, 1, 1)[:2]]
+            result += [*normal, *friction, *touch.on_feature, *touch.both_reaches]
         assert len(result) == self.count
         return result

@@ -52,16 +52,17 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
 def _number(value: Any) -> str:
     """Return a number, or numbers in a row, as HTML; rows of numbers as a matrix.
 
-    >>> _number((1.5, 2))
-    '1.5, 2'
+    >>> _number((1.5, -2))
+    '1.5, −2'
     >>> _number(((1, 2), (3, 4))).count("<span>")
     4
     """
     if not (
         isinstance(value, tuple | list) and value and all(isinstance(row, tuple | list) for row in value)
     ):
-        return escape(in_powers(significant(value, 8)))
-    cells = "".join(f"<span>{escape(in_powers(significant(x, 8)))}</span>" for row in value for x in row)
+        text = in_powers(significant(value, 8))
+        return escape(text if isinstance(value, str) else text.replace("-", "\N{MINUS SIGN}"))
+    cells = "".join(f"<span>{_number(x)}</span>" for row in value for x in row)
     columns = f"grid-template-columns: repeat({len(value[0])}, auto)"
     return f'<span class="matrix" style="{columns}">{cells}</span>'
 

@@ -20,7 +20,8 @@ function digits(x) {
 // A number in the text of a program as a book prints it: 3 × 10⁵ for 3e+5.
 function written(text) {
   const [digits, power] = String(text).split("e");
-  return power === undefined ? digits : `${digits === "1" ? "" : `${digits} × `}10${[...String(Number(power))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("")}`;
+  const signed = digits.replace("-", "−");
+  return power === undefined ? signed : `${signed === "1" ? "" : `${signed} × `}10${[...String(Number(power))].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("")}`;
 }
 
 // Path of a point of a body: points at least ``distance`` apart, and for every keyframe the number of the last point.

@@ -65,7 +65,7 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     """
     motions = _contacts(trajectory)
     rough = {c.name for c in trajectory.kernels.model.contacts if not c.frictionless}
-    names = _names(trajectory, contacts, [name for name in motions if name in rough])
+    names = _names(trajectory, contacts, [name for name in _touching(trajectory, motions) if name in rough])
     for name in names:
         if name not in rough:
             raise SimulationError(f"Contact '{name}' has no friction, and so no friction margin.")
@@ -109,7 +109,7 @@ def contact_forces(trajectory: Trajectory, contacts: Any = None, ax: Axes | None
         If the machine has no contacts, or a name is unknown.
     """
     motions = _contacts(trajectory)
-    names = _names(trajectory, contacts, list(motions))
+    names = _names(trajectory, contacts, _touching(trajectory, motions))
     ax = figure(8, 4).subplots() if ax is None else ax
     color = iter(COLORS * (1 + 3 * len(names) // len(COLORS)))
     shown = [contact for contact in trajectory.kernels.model.contacts if contact.name in names]
@@ -155,7 +155,7 @@ def contact_gaps(trajectory: Trajectory, contacts: Any = None, ax: Axes | None =
     Axes
     """
     motions = _contacts(trajectory)
-    names = _names(trajectory, contacts, list(motions))
+    names = _names(trajectory, contacts, _touching(trajectory, motions))
     ax = figure(8, 4).subplots() if ax is None else ax
     ax.axhline(0.0, color=PALE, linewidth=1.2)
     for i, name in enumerate(names):
@@ -171,6 +171,12 @@ def contact_gaps(trajectory: Trajectory, contacts: Any = None, ax: Axes | None =
 def _undetermined(motion: Any, values: Array) -> Any:
     """Truth value for each output time: a contact is closed, but the motion does not determine its force."""
     return np.isnan(values) & (motion.mode != "open")
+
+
+def _touching(trajectory: Trajectory, motions: Any) -> list[str]:
+    """Return the names of all contacts, without points on which a disk could stand that never lies flat."""
+    rests = {contact.name for contact in trajectory.kernels.model.contacts if contact.stands}
+    return [name for name, motion in motions.items() if name not in rests or (motion.mode != "open").any()]
 
 
 def _contacts(trajectory: Trajectory) -> Any:

@@ -19,10 +19,12 @@ def version() -> str:
 
 
 def optimised(loop: str) -> bytes:
-    """Return a loop, an LLVM text, after the passes of level 1 with vectorisation, as for this computer."""
+    """Return a loop, an LLVM text, after the passes of level 1 that do not repeat code: a page carries each copy."""
     machine, module = _machine(), llvm.parse_assembly(loop, context=llvm.create_context())
     _aim(module, machine)
-    passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    options.loop_unrolling = options.loop_vectorization = options.slp_vectorization = False
+    passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)
     return bytes(module.as_bitcode())
 

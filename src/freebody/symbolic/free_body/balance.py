@@ -23,7 +23,7 @@ from ...dynamics.armature import resistance, spin_rate
 from ...dynamics.conditions.constraints import Row, friction_along_tangents, rows, torques
 from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joints.freedom import on_path, unit_load_wrench
+from ...dynamics.joints.freedom import on_ball, on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
 from ...dynamics.loads.actions import actions, scaled
 from ...dynamics.loads.added_mass import moving
@@ -156,9 +156,8 @@ class BodyBalance:
                 label = f"{label}_{joint.links.index(i) + 1}" if several else label
                 result += self._along_joint(label, name, i, -forces[0], "motor")
             elif forces:
-                R = rotation(model, state, i)
-                moment, force = apply(R, forces[:3]), apply(R, forces[3:] or ZERO)
-                force, moment = scale(sign, force), scale(sign, moment)
+                R = rotation(model, state, joint.links[-1])
+                moment, force = (scale(sign, apply(R, x)) for x in on_ball(model, state, joint, i, forces))
                 result.append(Action(label, "motor", force, moment, e.joint_points[name], f"joint '{name}'"))
         return result
 

@@ -147,8 +147,12 @@ def test_the_lowest_point_of_a_tilted_disk():
     model = fb.assemble(s)
     theta = 0.7  # tilt about x
     q = [0.0, 0.0, 1.0, np.cos(theta / 2), np.sin(theta / 2), 0.0, 0.0]
-    (it,) = touches(model, float_state(model, q))
+    it, *rests = touches(model, float_state(model, q))
     assert it.gap == pytest.approx(1 - 0.5 * np.sin(theta))
+    assert sorted(rest.gap for rest in rests) == pytest.approx([it.gap, 1, 1, 2 - it.gap])
+    assert it.reach[0] > 0
+    level = touches(model, float_state(model, [0.0, 0.0, 1.0, 1.0, 4e-12, 0.0, 0.0]))  # a disk that lies flat
+    assert level[0].reach[0] < 0
     assert np.array(it.on_feature) == pytest.approx([0, -0.5 * np.cos(theta), 1 - 0.5 * np.sin(theta)])
 
 
@@ -409,3 +413,20 @@ def test_a_mesh_falls_on_its_vertices():
     motion = fb.simulate(s, 0.5, initial={"air_z": 0.6})
     assert motion.events[0].time == pytest.approx(np.sqrt(2 * 0.5 / 9.81), abs=1e-12)
     assert motion.at(0.5)["air_z"] == pytest.approx(0.1, abs=1e-12)
+
+
+@pytest.mark.parametrize("family", [False, True])
+@pytest.mark.parametrize("how", [{}, {"method": "timestepping", "step": 1e-3}])
+def test_a_ball_on_the_axis_of_a_capsule_hits_its_end(how, family):
+    """The wall has no direction there; the end of radius 0.1 at 0.2 m is hit at 0.4 m, and the ball returns at e v."""
+    s = fb.System("pill")
+    ball = s.body("ball", fb.sphere(0.5, 0.1))
+    s.slider("way", s.ground, ball, axis="x", coordinate="x")
+    shapes = ball.sphere(0.1), s.ground.capsule((-0.2, 0, 0), (0.2, 0, 0), 0.1)
+    if family:
+        s.contacts("hit", list(shapes), restitution=0.5)
+    else:
+        s.contact("hit", *shapes, restitution=0.5)
+    motion = fb.simulate(s, 1.0, initial={"x": 0.8, "x'": -1}, **how)
+    assert motion["x'"][-1] == pytest.approx(0.5, abs=1e-12)
+    assert motion["x"][-1] == pytest.approx(0.4 + 0.3, abs=1e-9 if not how else 1.5e-3)

@@ -99,3 +99,26 @@ def test_a_hinge_has_no_rotation_vector():
         match="Torsion damper 'd' acts against the turn of a ball or free joint, but 'pin' is a hinge",
     ):
         s.add("d", TorsionDamper(pin, 1))
+
+
+def test_a_ball_beside_a_hinge_has_no_rotation_vector_of_its_own():
+    """The turn of the bodies is that of both; along the hinge springs and dampers act as ever."""
+    s = fb.System("arm")
+    motions = [fb.Hinge("z", "a"), fb.Ball(coordinate="b", at=(1, 0, 0))]
+    arm = s.chain("arm", s.ground, s.body("arm", fb.sphere(1, 0.1)), motions)
+    message = r"acts against the turn of a ball, but chain 'arm' turns about other axes beside it\. Put a body between"
+    for refused in (
+        lambda: s.damper("d", arm, damping=1),
+        lambda: s.torsion_spring("k", arm, stiffness=1),
+        lambda: s.stop("end", arm, high=1, coordinate=1),
+        lambda: s.friction("dry", arm, torque=1, coordinate=1),
+    ):
+        with pytest.raises(ModelError, match=message):
+            refused()
+    with pytest.raises(ModelError, match="Chain 'arm' has no single displacement for"):
+        s.spring("k", arm, stiffness=1, coordinate=1)
+    s.damper("d", arm, damping="2", coordinate=0)
+    s.torsion_spring("k", arm, stiffness=3, coordinate=0)
+    linear = fb.linearize(s, about={})
+    assert linear.C[0, 0] == 2 and linear.K[0, 0] == 3
+    assert not any(linear.C[1:, :]) and not any(linear.K[1:, :])

@@ -170,3 +170,36 @@ def test_solids_that_have_sunk_into_each_other_are_refused():
     y[7] = -0.05  # also with the same features
     with pytest.raises(SimulationError, match="0.001 m in each other"):
         run.patches.changed(0.2, y)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_an_edge_almost_flat_on_a_face_keeps_the_crossing_at_which_it_is_closed(closed):
+    """Its other end comes down: the patch has one crossing of the two sides of the face, that which is deeper."""
+    run = run_of("box", "cube")
+    patches, it, y = run.patches, run.patches.it, np.zeros(26)
+    upright = Rotation.from_rotvec([0, np.pi / 4, 0])  # an edge of the cube, along y, is below
+
+    def tilted(angle, height):
+        turn = Rotation.from_rotvec([angle, 0, 0]) * upright
+        y[3], y[10:14] = 1, np.roll(turn.as_quat(), 1)
+        y[7:10] = [0, 0, 0.4 * np.sqrt(2) + height] - turn.apply([0.1, 0, 0])
+        patches.look(0.0, y)
+        return patches._gap(0)
+
+    def touching(angle):
+        height = 0.5
+        for _ in range(4):
+            height -= tilted(angle, height) / np.cos(angle)
+        return tilted(angle, height)
+
+    assert abs(touching(1e-3)) < 1e-15 and patches.changed(0.0, y)
+    (first,) = patches.places[0].values()
+    it.mode[it.contact[0]] = int(closed)
+    assert abs(touching(-1e-9)) < 1e-9 and patches.changed(0.1, y)
+    places = list(patches.places[0].values())
+    assert len(places) == 1 + closed and (first in places) == closed and len(set(places)) == len(places)
+    assert patches.functions["follow"](it) == -1
+    it.mode[:] = 0
+    touching(-0.5)  # far from the side on which it was
+    patches.changed(0.2, y)
+    assert first not in patches.places[0].values()

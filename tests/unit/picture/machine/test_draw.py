@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import freebody as fb
-from drawn import as_drawn, groups, texts
+from drawn import as_drawn, groups, scale_of, texts, view_of
 from freebody.cli import command
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
@@ -408,3 +408,17 @@ def test_concentric_shapes_are_drawn(first, second, space):
     assert "<svg" in str(fb.draw(s)) or fb.draw(s).svg
     with pytest.raises(fb.errors.SimulationError, match="contact 'c' 0.[12] m deep"):
         fb.simulate(s, 0.1)
+
+
+def test_the_last_of_several_angles_about_a_point_lies_apart_on_its_axis() -> None:
+    s = fb.System("top")
+    rotor = s.body("rotor", fb.disk(1, 0.3, axis="z"))
+    s.gimbal("pivot", s.ground, rotor, to=(0, 0, -1), axis="ZXZ", coordinate="psi theta phi")
+    at = {"psi": 0.5, "theta": 1.1, "phi": 0.8}
+    drawing = fb.draw(s, at=at)
+    axis = np.array([math.sin(1.1) * math.sin(0.5), -math.sin(1.1) * math.cos(0.5), math.cos(1.1)])
+    center = scale_of(drawing) * view_of(drawing) @ axis
+    psi, theta, phi = (group.items[0].points[0] for group in groups(drawing, "coordinate"))
+    assert psi == pytest.approx([0, 0], abs=1e-9) and theta == pytest.approx([0, 0], abs=1e-9)
+    part = float(phi @ center) / float(center @ center)
+    assert 0.4 < part < 0.8 and phi == pytest.approx(part * center, abs=1e-9)

@@ -86,3 +86,21 @@ def test_the_reaction_of_a_path_is_labelled_by_its_name():
     s.path_joint("wire", s.ground, bead, coordinate="p", position=position)
     svg = fb.free_body_diagram(s, "bead").svg
     assert 'data-symbol="wire_q"' in svg and "a &gt; 0, 1 + cos(p) &gt; 0" in svg
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_a_damper_of_a_turn_is_a_piston_in_a_bent_pot(space: bool) -> None:
+    s = fb.System("door")
+    door = s.body("door", fb.box(1, (0.9, 0.05, 1.2)))
+    hinge = s.hinge("hinge", s.ground, door, to=(-0.45, 0, 0), axis="z", coordinate="theta")
+    s.damper("c", hinge, damping=2)
+    drawing = draw(s, at={"theta": 0.4}, axonometric=space)
+    (group,) = groups(drawing, "damper")
+    pot, head, rod, arm = (item.points for item in group.items[-4:])
+    assert len(group.items) == (5 if space else 4)  # in space a shaft reaches it, beside the door
+    assert len(head) == 2 and len(pot) > 20
+    # both arms end at one point at its axis, and the head lies within the pot
+    assert np.linalg.norm(rod[-1] - arm[-1]) < 6.5
+    assert (head.min(axis=0) > pot.min(axis=0) - 1e-9).all() and (
+        head.max(axis=0) < pot.max(axis=0) + 1e-9
+    ).all()

@@ -131,7 +131,7 @@ def test_scrub_moves_the_machine_and_the_cursors(browser, pages):
     assert browser.value("freebody.state.time") == pytest.approx(2.5)
     motion = entries()["double-pendulum"].run().trajectory
     text = browser.value("document.querySelector('.legend output').textContent")
-    assert float(text.split()[0]) == pytest.approx(motion.at(2.5)["theta_1"], abs=0.01)
+    assert float(text.split()[0].replace("−", "-")) == pytest.approx(motion.at(2.5)["theta_1"], abs=0.01)
     # the pose that is drawn is that of the motion
     position = browser.value("freebody.motion.pose(0).slice(12, 15)")
     expected = motion.poses["link_1"].position[np.searchsorted(motion.t, 2.5)]

@@ -493,7 +493,7 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
         == sum(answer.formula is not None for answer in answers.values())
         > 0
     )
-    assert '">-9.81</td><td class="unit">rad/s²</td>' in shown
+    assert '">−9.81</td><td class="unit">rad/s²</td>' in shown
     assert answers_table({}, symbols) == ""
     hostile = answers_table({"<b>": ("<i>", "<u>")}, symbols)
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile

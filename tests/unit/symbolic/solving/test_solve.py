@@ -107,6 +107,11 @@ def test_disk_leaves_its_ledge_where_cos_is_four_sevenths():
     result = fb.equations(s).solve(["cos(theta)", "theta'^2"], where=where)
     assert result["cos(theta)"] == sympy.Rational(4, 7)
     assert equal(result["theta'^2"], 4 * g / (7 * R))
+    # the angle itself, by the shortest of the ways from its sine and cosine
+    angles = [
+        branch["theta"] for branch in fb.equations(s).solve(["theta", "theta'^2"], where=where).branches
+    ]
+    assert angles == [-sympy.acos(sympy.Rational(4, 7)), sympy.acos(sympy.Rational(4, 7))]
 
 
 def sliding_body():

@@ -51,7 +51,8 @@ def chain(
     Raises
     ------
     ModelError
-        No motions or a joint of another sort among them; two motions that are the same; a chain that closes a loop.
+        No motions or a joint of another sort among them; two motions that are the same, such as a ball and a turn
+        about an axis through its point; a chain that closes a loop.
 
     Examples
     --------
