@@ -123,7 +123,7 @@ class Pairs(Record):
     ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
     ``slots``              places of that order
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
-                           ``stays``: 1 if one stays closed until its force vanishes, though surfaces curve away
+                           ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
 
@@ -138,6 +138,7 @@ class Pairs(Record):
     past: Annotated[Wholes, "pairs"]
     impulses: Annotated[Rows, "pairs", 3]
     stays: Annotated[Wholes, "pairs"]
+    last: Annotated[Rows, "pairs", 2]
     found: Annotated[Row, TOUCH]
     given: Annotated[Row, 56]
 

@@ -35,7 +35,7 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
         choose_axis(members)
         sort(members)
     for p in range(pairs.known):
-        if pairs.stays[p] == 1:
+        if pairs.stays[p] != 0:
             number = pairs.past[p] // POINTS
             consider(of, number // members.count, number % members.count, FAR)
     order, axis = members.order, members.axis
@@ -106,7 +106,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         given[k] = members.sizes[n]
         k += 1
     call(laws.program[law], 0.0, given, 0, given, found, 0)
-    if not found[0] <= limit or (limit < FAR and stays(pairs, i * members.count + j) == 1):
+    if not found[0] <= limit or (limit < FAR and stays(pairs, i * members.count + j) != 0):
         return
     for n in range(laws.reaches[law]):
         if found[TOUCH - 2 + n] < 0.0:
@@ -138,7 +138,7 @@ def place_in_past(pairs: Pairs, number: int) -> int:
 
 @compiled
 def stays(pairs: Pairs, number: int) -> int:
-    """Return 1 if a pair stays closed until its force vanishes."""
+    """Return how long a pair has stayed closed; not 0: until its force vanishes, also where surfaces curve away."""
     p = place_in_past(pairs, number)
     return pairs.stays[p] if p < pairs.known and pairs.past[p] // POINTS == number else 0
 

@@ -9,8 +9,8 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
 from ..families.faces import FAR
 from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
-from .pairs import close_pairs, lay_pairs
-from .stepping_record import CONSTRAINTS, FULL, MASS, NONE, Contacts, Gaps, Machine, Run
+from .pairs import begin_closed, close_pairs, lay_pairs
+from .stepping_record import BEGINS, CONSTRAINTS, FULL, MASS, NONE, OPENS, Contacts, Gaps, Machine, Run
 
 CLOSED_GAP = 1e-10
 
@@ -45,6 +45,20 @@ def inertia(run: Run) -> int:
         mass_blocks(links, run.problem.blocks, run.M)
         links.known = 1
     return factor(run.elimination, run.M)
+
+
+@compiled
+def begin(run: Run, t: float, near: float) -> None:
+    """Let the contacts and pairs with gaps up to ``near`` at z, the state before the first step, begin closed."""
+    contacts, row = run.contacts, 0
+    if run.machine.looped == 0:
+        run.machine.system(t, run.z, run.machine.c, run.outputs)
+        hide(contacts, run.now)
+    for e in range(contacts.count):
+        contacts.kept[e] = BEGINS if run.now.gap[e] <= near and contacts.held[e] == 0 else OPENS
+        contacts.last[e, 0] = run.rates[row]
+        row += 1 + contacts.tangents[e]
+    begin_closed(run, t, near)
 
 
 @compiled
@@ -126,7 +140,7 @@ def close(run: Run, friction: int, near: float) -> None:
                     problem.between[count] = count - 1 - contacts.normal_row[presser]
                     contacts.owner[count], contacts.rebound[count] = e, 0.0
                     count += 1
-        elif (run.now.gap[e] <= near or (contacts.kept[e] != 0 and run.now.gap[e] < FAR)) and (
+        elif (run.now.gap[e] <= near or (contacts.kept[e] != OPENS and run.now.gap[e] < FAR)) and (
             friction != 0 or contacts.held[e] == 0
         ):
             contacts.normal_row[e] = count
@@ -134,7 +148,7 @@ def close(run: Run, friction: int, near: float) -> None:
                 problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
-                if friction == 0 and contacts.kept[e] != 0:
+                if friction == 0 and contacts.kept[e] != OPENS:
                     problem.low[count] = -FAR
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1

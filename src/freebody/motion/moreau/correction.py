@@ -23,7 +23,7 @@ from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, pair_gap, pair_rate, pressed
-from .stepping_record import NONE, NOT_FINITE, OPEN, OVERLAP, Run
+from .stepping_record import NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
 CLOSINGS = 200
@@ -78,8 +78,8 @@ def overlap(run: Run, t: float) -> float:
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
         if run.end.gap[e] >= FAR:  # beyond the end of its side
-            run.contacts.kept[e] = 0
-        if run.contacts.kept[e] != 0:
+            run.contacts.kept[e] = OPENS
+        if run.contacts.kept[e] != OPENS:
             depth = greater(depth, run.end.gap[e])
     return deepest(run, t, depth)
 
@@ -100,7 +100,7 @@ def lands(run: Run) -> int:
 @compiled
 def opened(run: Run, e: int) -> int:
     """Return 1 if a contact had no impulses in the step."""
-    return 1 if run.modes[run.done * run.contacts.count + e] == OPEN and run.contacts.kept[e] == 0 else 0
+    return 1 if run.modes[run.done * run.contacts.count + e] == OPEN and run.contacts.kept[e] == OPENS else 0
 
 
 @compiled

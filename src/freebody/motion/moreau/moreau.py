@@ -44,6 +44,7 @@ from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
+from .curvature import lasting, returned, turned
 from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
@@ -52,10 +53,12 @@ from .pairs import begin_pairs, log_pairs, mode, room_left, slip
 from .stepping_record import (
     CONTACTS,
     JAMMED,
+    LANDED,
     LOADS,
     NONE,
     NOT_FINITE,
     OPEN,
+    OPENS,
     Run,
 )
 
@@ -111,8 +114,11 @@ def midpoint(run: Run, t: float) -> int:
     close(run, 1, CLOSED_GAP)
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
-        r = problem.rows[a]
+        r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+        if problem.kinds[a] == NORMAL:
+            contacts.stays[a] = contacts.kept[e]
+            contacts.half[a], contacts.turn[a] = turned(contacts.kept[e], contacts.last[e], run.rates[r])
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
@@ -173,8 +179,8 @@ def gains(run: Run, islands: Islands) -> int:
         if b >= 0:
             x = 0.5 * problem.x[a]
             if problem.kinds[a] == NORMAL:
-                free -= contacts.rebound[a] * before
-                after -= contacts.rebound[a] * before
+                free -= returned(contacts, a)
+                after -= returned(contacts, a)
                 islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
             energy[b, 0] += x * (before + after)
             energy[b, 1] += x * (free + after)
@@ -274,13 +280,14 @@ def contact_rates(run: Run, trials: int) -> None:
         r, before = problem.rows[a], contacts.before[a]
         problem.b[a] = before + along(blocks, r, run.W, run.free)
         if trials == 0:
-            if not -contacts.rebound[a] * before > before - problem.b[a]:
+            change, turn = problem.b[a] - before, contacts.turn[a] if problem.kinds[a] == NORMAL else 0.0
+            if not contacts.rebound[a] * (turn - before) > -change - 2.0 * turn:
                 contacts.rebound[a] = 0.0
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
             # what the friction of a given normal force can change, since its own row is zero
             problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
         if problem.kinds[a] == NORMAL:
-            problem.b[a] += contacts.rebound[a] * before
+            problem.b[a] += returned(contacts, a)
         if trials == 0:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
 
@@ -297,7 +304,7 @@ def account(run: Run) -> None:
         contacts.guess[r] = 0.0
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
-        contacts.kept[e] = 0
+        contacts.kept[e] = OPENS
     for a in range(problem.count):
         if a < contacts.closed:
             contacts.guess[problem.rows[a]] = problem.x[a]
@@ -305,12 +312,14 @@ def account(run: Run) -> None:
             run.lam[i] -= elimination.sigma[a, i] * problem.x[a]
         after = problem.r[a]
         if problem.kinds[a] == NORMAL:
-            after -= contacts.rebound[a] * contacts.before[a]
+            after -= returned(contacts, a)
             if problem.x[a] > 0.0 and a < contacts.closed:
-                run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
                 e = contacts.owner[a]
-                stays = contacts.adhesion[e] > 0.0 or contacts.rebound[a] * contacts.before[a] >= 0.0
-                contacts.kept[e] = 1 if stays and contacts.held[e] == 0 else 0
+                run.modes[k * contacts.count + e] = mode(run, a)
+                contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(contacts, a)
+                if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
+                    contacts.kept[e] = LANDED
+                contacts.last[e, 0], contacts.last[e, 1] = after, contacts.half[a]
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + after)

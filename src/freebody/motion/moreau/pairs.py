@@ -11,7 +11,8 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.faces import FAR
 from ..families.family_record import POINTS, Pairs
 from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
-from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
+from .curvature import after, lasting, turned
+from .stepping_record import BACKWARDS, BEGINS, FORWARDS, OPENS, SLIP, STICK, Run
 
 
 @compiled
@@ -32,19 +33,22 @@ def deepest(run: Run, t: float, depth: float) -> float:
     seek(run.families, t + run.h, run.z, 0.0)
     for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
         depth = greater(depth, -pairs.touch[c, 0])
-        if stays(pairs, pairs.ids[c] // POINTS) == 1:
+        if stays(pairs, pairs.ids[c] // POINTS) != OPENS:
             depth = greater(depth, pairs.touch[pairs.slots[c], 0])
     return depth
 
 
 @compiled
 def begin_closed(run: Run, t: float, near: float) -> None:
-    """Find the pairs with gaps up to ``near`` at z, before the first step: those that do not move apart stay closed."""
+    """Let the pairs with gaps up to ``near`` at z, the state before the first step, begin closed."""
     pairs = run.families.pairs
+    pairs.known = 0
     seek(run.families, t, run.z, near)
     pairs.known = pairs.count if pairs.count <= pairs.most else 0
     for p in range(pairs.known):
-        pairs.past[p], pairs.stays[p] = pairs.ids[p], 1 - patched(run, pairs.slots[p])
+        slot = pairs.slots[p]
+        pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
+        pairs.last[p, 0] = rate(run.families, slot, pairs.touch[slot][1:])
         for k in range(3):
             pairs.impulses[p, k] = 0.0
 
@@ -62,7 +66,7 @@ def close_pairs(run: Run, friction: int) -> None:
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
             problem.low[count] = 0.0
-            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) == 1:
+            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) != OPENS:
                 problem.low[count] = -FAR
             count += 1
         row += 1 + tangents
@@ -108,7 +112,11 @@ def begin_pairs(run: Run) -> None:
         )
         while p < pairs.known and pairs.past[p] < pairs.ids[c]:
             p += 1
-        problem.x[a] = pairs.impulses[p, k] if p < pairs.known and pairs.past[p] == pairs.ids[c] else 0.0
+        known = p < pairs.known and pairs.past[p] == pairs.ids[c]
+        problem.x[a] = pairs.impulses[p, k] if known else 0.0
+        if k == 0:
+            contacts.stays[a] = pairs.stays[p] if known else OPENS
+            contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], pairs.last[p], contacts.before[a])
 
 
 @compiled
@@ -127,9 +135,8 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
-            pairs.past[p], pairs.stays[p] = pairs.ids[c], 1 - patched(run, slot)
-            if contacts.rebound[a] * contacts.before[a] < 0.0:  # it rebounds
-                pairs.stays[p] = 0
+            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
+            pairs.past[p], pairs.last[p, 0], pairs.last[p, 1] = pairs.ids[c], after(run, a), contacts.half[a]
             for k in range(3):
                 x = 0.0
                 if k == 0 or (a + k < problem.count and problem.kinds[a + k] != NORMAL):
