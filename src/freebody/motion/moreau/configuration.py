@@ -55,8 +55,10 @@ def begin(run: Run, t: float, near: float) -> None:
         run.machine.system(t, run.z, run.machine.c, run.outputs)
         hide(contacts, run.now)
     for e in range(contacts.count):
-        contacts.kept[e] = BEGINS if run.now.gap[e] <= near and contacts.held[e] == 0 else OPENS
-        contacts.last[e, 0] = run.rates[row]
+        begins = run.now.gap[e] <= near and contacts.held[e] == 0 and contacts.presser[e] < 0
+        contacts.kept[e] = BEGINS if begins else OPENS
+        for k in range(1 + contacts.tangents[e]):
+            contacts.last[row + k, 0] = run.rates[row + k]
         row += 1 + contacts.tangents[e]
     begin_closed(run, t, near)
 
@@ -150,7 +152,8 @@ def close(run: Run, friction: int, near: float) -> None:
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
                 if friction == 0 and contacts.kept[e] != OPENS:
                     problem.low[count] = -FAR
-                contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
+                contacts.owner[count] = e
+                contacts.rebound[count] = contacts.restitution[e] if k == 0 else 0.0
                 count += 1
         row += 1 + tangents
     problem.count = contacts.closed = count

@@ -23,26 +23,28 @@ Source of v⁺ = -v⁻, which holds a gap and its energy: O. Gonzalez, Comput. M
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, inlined
+from ..cones.contact_problem import LINE, NORMAL, SECOND
 from .stepping_record import BEGINS, LANDED, OPENS, STAYED, Contacts, Run
 
 
 @inlined
-def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
+def turned(stays: int, kind: int, last: Reals, before: float) -> tuple[float, float]:
     """Return T and a."""
     T = before - last[0] if stays == BEGINS else 0.5 * (before - last[0])
-    a = greater(before, 1.5 * T - 0.5 * last[1] if stays == STAYED else T)
+    a = 1.5 * T - 0.5 * last[1] if stays == STAYED else T
+    a = greater(before, a) if kind == NORMAL else a
     return T, 0.0 if stays == OPENS else a
 
 
 @inlined
 def returned(contacts: Contacts, a: int) -> float:
-    """Return a + e (v⁻ - a) of a normal row."""
+    """Return a + e (v⁻ - a) of a row."""
     return contacts.turn[a] + contacts.rebound[a] * (contacts.before[a] - contacts.turn[a])
 
 
 @compiled
 def after(run: Run, a: int) -> float:
-    """Return v⁺ of a normal row."""
+    """Return v⁺ of a row."""
     return run.problem.r[a] - returned(run.contacts, a)
 
 
@@ -52,3 +54,19 @@ def lasting(contacts: Contacts, a: int) -> int:
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
         return OPENS
     return LANDED if contacts.stays[a] == OPENS else STAYED
+
+
+@compiled
+def mirror(run: Run, a: int) -> None:
+    """Let v⁺ = -v⁻ of the tangents of a contact, the first of which is row ``a``, where friction would do work."""
+    contacts, problem = run.contacts, run.problem
+    work = 0.0
+    size = 1 if problem.kinds[a] == LINE else 2
+    if problem.kinds[a] == SECOND:
+        return
+    for k in range(size):
+        error = contacts.before[a + k] - contacts.turn[a + k]
+        work += error * (problem.scale[a + k] * problem.x[a + k] - error)
+    if work > 0.0:
+        for k in range(size):
+            contacts.turn[a + k] = contacts.before[a + k]

@@ -44,7 +44,7 @@ from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
-from .curvature import lasting, returned, turned
+from .curvature import after, lasting, mirror, returned, turned
 from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
@@ -116,13 +116,17 @@ def midpoint(run: Run, t: float) -> int:
     for a in range(contacts.closed):
         r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
-        if problem.kinds[a] == NORMAL:
-            contacts.stays[a] = contacts.kept[e]
-            contacts.half[a], contacts.turn[a] = turned(contacts.kept[e], contacts.last[e], run.rates[r])
+        contacts.stays[a] = contacts.kept[e]
+        contacts.half[a], contacts.turn[a] = turned(
+            contacts.kept[e], problem.kinds[a], contacts.last[r], run.rates[r]
+        )
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
+    for a in range(problem.count):
+        if problem.kinds[a] > NORMAL and contacts.stays[a] != OPENS:
+            mirror(run, a)
     return NONE
 
 
@@ -170,7 +174,7 @@ def gains(run: Run, islands: Islands) -> int:
         for k in range(3):
             energy[b, k] = 0.0
     for a in range(problem.count):
-        b, before, free, after = (
+        b, before, free, speed = (
             island_of(problem, islands, a),
             contacts.before[a],
             problem.b[a],
@@ -178,13 +182,13 @@ def gains(run: Run, islands: Islands) -> int:
         )
         if b >= 0:
             x = 0.5 * problem.x[a]
+            free -= returned(contacts, a)
+            speed -= returned(contacts, a)
             if problem.kinds[a] == NORMAL:
-                free -= returned(contacts, a)
-                after -= returned(contacts, a)
                 islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
-            energy[b, 0] += x * (before + after)
-            energy[b, 1] += x * (free + after)
-            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(after))
+            energy[b, 0] += x * (before + speed)
+            energy[b, 1] += x * (free + speed)
+            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(speed))
     found = 0
     for b in range(problem.blocks.count):
         small = greater(EXACT, problem.residual) * energy[b, 2]
@@ -280,14 +284,13 @@ def contact_rates(run: Run, trials: int) -> None:
         r, before = problem.rows[a], contacts.before[a]
         problem.b[a] = before + along(blocks, r, run.W, run.free)
         if trials == 0:
-            change, turn = problem.b[a] - before, contacts.turn[a] if problem.kinds[a] == NORMAL else 0.0
+            change, turn = problem.b[a] - before, contacts.turn[a]
             if not contacts.rebound[a] * (turn - before) > -change - 2.0 * turn:
                 contacts.rebound[a] = 0.0
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
             # what the friction of a given normal force can change, since its own row is zero
             problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
-        if problem.kinds[a] == NORMAL:
-            problem.b[a] += returned(contacts, a)
+        problem.b[a] += returned(contacts, a)
         if trials == 0:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
 
@@ -310,19 +313,19 @@ def account(run: Run) -> None:
             contacts.guess[problem.rows[a]] = problem.x[a]
         for i in range(run.constraints):
             run.lam[i] -= elimination.sigma[a, i] * problem.x[a]
-        after = problem.r[a]
+        speed = after(run, a)
+        if a < contacts.closed:
+            contacts.last[problem.rows[a], 0], contacts.last[problem.rows[a], 1] = speed, contacts.half[a]
         if problem.kinds[a] == NORMAL:
-            after -= returned(contacts, a)
             if problem.x[a] > 0.0 and a < contacts.closed:
                 e = contacts.owner[a]
                 run.modes[k * contacts.count + e] = mode(run, a)
                 contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(contacts, a)
                 if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
                     contacts.kept[e] = LANDED
-                contacts.last[e, 0], contacts.last[e, 1] = after, contacts.half[a]
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
-        struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
+        struck += 0.5 * problem.x[a] * (contacts.before[a] + speed)
     log_pairs(run)
     for r in range(contacts.rows):
         run.impulses[k, r] = contacts.guess[r]

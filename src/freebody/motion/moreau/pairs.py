@@ -48,9 +48,10 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     for p in range(pairs.known):
         slot = pairs.slots[p]
         pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
-        pairs.last[p, 0] = rate(run.families, slot, pairs.touch[slot][1:])
+        touch = pairs.touch[slot]
         for k in range(3):
             pairs.impulses[p, k] = 0.0
+            pairs.last[p, 2 * k] = rate(run.families, slot, touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
 
 
 @compiled
@@ -64,7 +65,7 @@ def close_pairs(run: Run, friction: int) -> None:
         for k in range(1 + tangents if friction != 0 else 1):
             problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
-            contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
+            contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
             problem.low[count] = 0.0
             if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) != OPENS:
                 problem.low[count] = -FAR
@@ -114,9 +115,10 @@ def begin_pairs(run: Run) -> None:
             p += 1
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
-        if k == 0:
-            contacts.stays[a] = pairs.stays[p] if known else OPENS
-            contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], pairs.last[p], contacts.before[a])
+        contacts.stays[a] = pairs.stays[p] if known else OPENS
+        contacts.half[a], contacts.turn[a] = turned(
+            contacts.stays[a], problem.kinds[a], pairs.last[p][2 * k :], contacts.before[a]
+        )
 
 
 @compiled
@@ -136,7 +138,7 @@ def log_pairs(run: Run) -> None:
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
             pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
-            pairs.past[p], pairs.last[p, 0], pairs.last[p, 1] = pairs.ids[c], after(run, a), contacts.half[a]
+            pairs.past[p] = pairs.ids[c]
             for k in range(3):
                 x = 0.0
                 if k == 0 or (a + k < problem.count and problem.kinds[a + k] != NORMAL):
@@ -144,6 +146,8 @@ def log_pairs(run: Run) -> None:
                 if k == 2 and (a + 2 >= problem.count or problem.kinds[a + 2] != FIRST + 1):
                     x = 0.0
                 pairs.impulses[p, k], entry[k] = x, x
+                if a + k < problem.count:
+                    pairs.last[p, 2 * k], pairs.last[p, 2 * k + 1] = after(run, a + k), contacts.half[a + k]
             entry[3] = mode(run, a)
             for i in range(3):
                 entry[4 + i] = touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]

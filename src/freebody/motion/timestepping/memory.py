@@ -105,7 +105,7 @@ def memory_of(
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
-    contacts.kept, contacts.last = np.zeros(E, dtype=np.int64), np.zeros((E, 2))
+    contacts.kept, contacts.last = np.zeros(E, dtype=np.int64), np.zeros((m, 2))
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
