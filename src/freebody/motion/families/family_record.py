@@ -138,6 +138,7 @@ class Pairs(Record):
     past: Annotated[Wholes, "pairs"]
     impulses: Annotated[Rows, "pairs", 3]
     stays: Annotated[Wholes, "pairs"]
+    stuck: Annotated[Wholes, "pairs"]
     last: Annotated[Rows, "pairs", 6]
     found: Annotated[Row, TOUCH]
     given: Annotated[Row, 56]

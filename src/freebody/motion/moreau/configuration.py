@@ -56,7 +56,7 @@ def begin(run: Run, t: float, near: float) -> None:
         hide(contacts, run.now)
     for e in range(contacts.count):
         begins = run.now.gap[e] <= near and contacts.held[e] == 0 and contacts.presser[e] < 0
-        contacts.kept[e] = BEGINS if begins else OPENS
+        contacts.kept[e], contacts.stuck[e] = BEGINS if begins else OPENS, OPENS
         for k in range(1 + contacts.tangents[e]):
             contacts.last[row + k, 0] = run.rates[row + k]
         row += 1 + contacts.tangents[e]
@@ -150,8 +150,8 @@ def close(run: Run, friction: int, near: float) -> None:
                 problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
-                if friction == 0 and contacts.kept[e] != OPENS:
-                    problem.low[count] = -FAR
+                if friction == 0 and contacts.kept[e] > OPENS:
+                    problem.low[count] = -run.h * contacts.guess[row]
                 contacts.owner[count] = e
                 contacts.rebound[count] = contacts.restitution[e] if k == 0 else 0.0
                 count += 1

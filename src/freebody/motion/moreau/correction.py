@@ -22,7 +22,7 @@ from .configuration import CLOSED_GAP, FAR, answers, close, evaluate, hide, norm
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
-from .pairs import deepest, pair_gap, pair_rate, pressed
+from .pairs import deepest, hang, pair_gap, pair_rate, pressed
 from .stepping_record import NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
@@ -79,7 +79,7 @@ def overlap(run: Run, t: float) -> float:
         depth = greater(depth, -run.end.gap[e])
         if run.end.gap[e] >= FAR:  # beyond the end of its side
             run.contacts.kept[e] = OPENS
-        if run.contacts.kept[e] != OPENS:
+        if run.contacts.kept[e] > OPENS:
             depth = greater(depth, run.end.gap[e])
     return deepest(run, t, depth)
 
@@ -204,7 +204,8 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
     problem.reference = TINY
     for a in range(problem.count):
         problem.x[a] = 0.0
-        problem.reference = greater(problem.reference, abs(problem.b[a]))
+        if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
+            problem.reference = greater(problem.reference, abs(problem.b[a]))
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
     if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
@@ -223,6 +224,9 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
     if solved(run, islands, depth) == 0:
         return OVERLAP
+    for a in range(problem.count):
+        if problem.low[a] < 0.0 and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
+            hang(run, a)
     for i in range(machine.n):
         shift[i] += problem.v[i]
     put_speeds(machine, run.z, shift)

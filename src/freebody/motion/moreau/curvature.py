@@ -22,7 +22,7 @@ Source of v⁺ = -v⁻, which holds a gap and its energy: O. Gonzalez, Comput. M
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
 from ..cones.contact_problem import LINE, NORMAL, SECOND
 from .stepping_record import BEGINS, LANDED, OPENS, STAYED, Contacts, Run
 
@@ -32,7 +32,7 @@ def turned(stays: int, kind: int, last: Reals, before: float) -> tuple[float, fl
     """Return T and a."""
     T = before - last[0] if stays == BEGINS else 0.5 * (before - last[0])
     a = 1.5 * T - 0.5 * last[1] if stays == STAYED else T
-    a = greater(before, a) if kind == NORMAL else a
+    a = greater(a, before) if kind == NORMAL else a
     return T, 0.0 if stays == OPENS else a
 
 
@@ -60,13 +60,18 @@ def lasting(contacts: Contacts, a: int) -> int:
 def mirror(run: Run, a: int) -> None:
     """Let v⁺ = -v⁻ of the tangents of a contact, the first of which is row ``a``, where friction would do work."""
     contacts, problem = run.contacts, run.problem
-    work = 0.0
-    size = 1 if problem.kinds[a] == LINE else 2
+    work, size_of_turn, size_of_error = 0.0, 0.0, 0.0
+    size = 1 if problem.kinds[a] <= LINE else 2
     if problem.kinds[a] == SECOND:
         return
     for k in range(size):
         error = contacts.before[a + k] - contacts.turn[a + k]
+        size_of_turn += contacts.turn[a + k] * contacts.turn[a + k]
+        size_of_error += error * error
         work += error * (problem.scale[a + k] * problem.x[a + k] - error)
-    if work > 0.0:
+    if problem.kinds[a] > NORMAL and work > 0.0:
         for k in range(size):
             contacts.turn[a + k] = contacts.before[a + k]
+    if run.h * root(size_of_turn) <= 1e-10:
+        for k in range(size):
+            contacts.turn[a + k] = 0.0

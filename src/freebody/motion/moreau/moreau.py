@@ -49,7 +49,7 @@ from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
-from .pairs import begin_pairs, log_pairs, mode, room_left, slip
+from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
 from .stepping_record import (
     CONTACTS,
     JAMMED,
@@ -116,16 +116,16 @@ def midpoint(run: Run, t: float) -> int:
     for a in range(contacts.closed):
         r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
-        contacts.stays[a] = contacts.kept[e]
+        contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
         contacts.half[a], contacts.turn[a] = turned(
-            contacts.kept[e], problem.kinds[a], contacts.last[r], run.rates[r]
+            contacts.stays[a], problem.kinds[a], contacts.last[r], run.rates[r]
         )
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
     for a in range(problem.count):
-        if problem.kinds[a] > NORMAL and contacts.stays[a] != OPENS:
+        if contacts.stays[a] != OPENS:
             mirror(run, a)
     return NONE
 
@@ -308,6 +308,7 @@ def account(run: Run) -> None:
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
         contacts.kept[e] = OPENS
+        contacts.stuck[e] = OPENS
     for a in range(problem.count):
         if a < contacts.closed:
             contacts.guess[problem.rows[a]] = problem.x[a]
@@ -323,6 +324,7 @@ def account(run: Run) -> None:
                 contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(contacts, a)
                 if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
                     contacts.kept[e] = LANDED
+                contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + speed)

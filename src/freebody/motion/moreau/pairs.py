@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import FIRST, LINE, NORMAL
-from ..families.faces import FAR
 from ..families.family_record import POINTS, Pairs
 from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
 from .curvature import after, lasting, turned
-from .stepping_record import BACKWARDS, BEGINS, FORWARDS, OPENS, SLIP, STICK, Run
+from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
 @compiled
@@ -33,7 +32,7 @@ def deepest(run: Run, t: float, depth: float) -> float:
     seek(run.families, t + run.h, run.z, 0.0)
     for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
         depth = greater(depth, -pairs.touch[c, 0])
-        if stays(pairs, pairs.ids[c] // POINTS) != OPENS:
+        if stays(pairs, pairs.ids[c] // POINTS) > OPENS:
             depth = greater(depth, pairs.touch[pairs.slots[c], 0])
     return depth
 
@@ -48,7 +47,7 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     for p in range(pairs.known):
         slot = pairs.slots[p]
         pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
-        touch = pairs.touch[slot]
+        pairs.stuck[p], touch = OPENS, pairs.touch[slot]
         for k in range(3):
             pairs.impulses[p, k] = 0.0
             pairs.last[p, 2 * k] = rate(run.families, slot, touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
@@ -67,8 +66,8 @@ def close_pairs(run: Run, friction: int) -> None:
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
             problem.low[count] = 0.0
-            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) != OPENS:
-                problem.low[count] = -FAR
+            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) > OPENS:
+                problem.low[count] = -run.h * pairs.impulses[place_in_past(pairs, pairs.ids[c] // POINTS), 0]
             count += 1
         row += 1 + tangents
     problem.count = count
@@ -86,6 +85,17 @@ def pair_rate(run: Run, a: int) -> float:
     """Return the rate of the gap of the pair whose normal is row ``a`` of the problem."""
     slot = run.families.pairs.slots[run.contacts.owner[a]]
     return rate(run.families, slot, run.families.pairs.touch[slot][1:])
+
+
+@compiled
+def hang(run: Run, a: int) -> None:
+    """Leave open, until the next step, the contact whose normal is row ``a`` of the problem."""
+    contacts, pairs, e = run.contacts, run.families.pairs, run.contacts.owner[a]
+    if a < contacts.closed:
+        contacts.kept[e] = -contacts.kept[e]
+    else:
+        p = place_in_past(pairs, pairs.ids[e] // POINTS)
+        pairs.stays[p] = -pairs.stays[p]
 
 
 @compiled
@@ -115,7 +125,7 @@ def begin_pairs(run: Run) -> None:
             p += 1
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
-        contacts.stays[a] = pairs.stays[p] if known else OPENS
+        contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
         contacts.half[a], contacts.turn[a] = turned(
             contacts.stays[a], problem.kinds[a], pairs.last[p][2 * k :], contacts.before[a]
         )
@@ -138,6 +148,7 @@ def log_pairs(run: Run) -> None:
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
             pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
+            pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
             for k in range(3):
                 x = 0.0
@@ -174,6 +185,14 @@ def mode(run: Run, a: int) -> int:
     tangent = a < problem.count - 1 and problem.kinds[a + 1] > NORMAL
     found = slip(run, a + 1) if tangent else STICK
     return SLIP if found == STICK and problem.mu[a] == 0.0 else found
+
+
+@compiled
+def sticking(run: Run, a: int) -> int:
+    """Return how long the contact whose normal is row ``a``, which presses and stays closed, has stuck."""
+    if mode(run, a) != STICK or a == run.problem.count - 1 or run.problem.kinds[a + 1] <= NORMAL:
+        return OPENS
+    return LANDED if run.contacts.stays[a + 1] == OPENS else STAYED
 
 
 @compiled

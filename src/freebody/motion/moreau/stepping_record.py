@@ -98,6 +98,7 @@ class Contacts(Record):
     held: Wholes
     adhesion: Row
     kept: Wholes
+    stuck: Wholes
     last: Rows
     presser: Wholes
     normal_row: Wholes

@@ -105,7 +105,8 @@ def memory_of(
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
-    contacts.kept, contacts.last = np.zeros(E, dtype=np.int64), np.zeros((m, 2))
+    contacts.kept, contacts.stuck = np.zeros((2, E), dtype=np.int64)
+    contacts.last = np.zeros((m, 2))
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
@@ -139,12 +140,12 @@ def carry(old: Run, new: Run) -> None:
     """Give a memory with more room what the last step left: what stays closed, impulses, and the blow of this step."""
     for measure in ("residual", "depth", "sweeps", "reduced"):
         setattr(new, measure, getattr(old, measure))
-    for name in ("kept", "last", "guess"):
+    for name in ("kept", "stuck", "last", "guess"):
         getattr(new.contacts, name)[:] = getattr(old.contacts, name)
     new.blow[:] = old.blow
     pairs, before = new.families.pairs, old.families.pairs
     pairs.known = before.known
-    for name in ("past", "stays", "last", "impulses"):
+    for name in ("past", "stays", "stuck", "last", "impulses"):
         getattr(pairs, name)[: before.known] = getattr(before, name)[: before.known]
 
 
