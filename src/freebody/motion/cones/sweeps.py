@@ -7,7 +7,8 @@ f = g(x) - x is minimized along the last differences (Anderson's mixing with ort
 stored differences are discarded. The result is always the outcome of a sweep, so it lies within the cones; it is
 accepted when every law holds to the tolerance (`cone.residual`).
 
-The rows are normal or tangent ones, with W M Wᵀ = A symmetric, and normal impulses act from zero on.
+The rows are normal or tangent ones, with W M Wᵀ = A symmetric, and normal impulses act from zero on, or from ``low``
+below zero where there is no friction.
 
 Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
 Dynamical Systems (2008), chapter 13; D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -97,6 +98,11 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
         if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL and problem.between[a + 1] == 0:
             size = 2 if problem.kinds[a + 1] == LINE else 3
         speeds[0] = rate(problem, a)
+        if problem.low[a] < 0.0:  # it may pull, too, and has no tangents
+            pull = greater(problem.low[a], x[a] - speeds[0] / A[a, 0]) if A[a, 0] > 0.0 else 0.0
+            worst = greater(worst, moved(problem, a, pull))
+            a += 1
+            continue
         if x[a] == 0.0 and speeds[0] >= 0.0:  # open, and it remains so: friction is zero there
             a += size
             continue

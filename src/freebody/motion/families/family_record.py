@@ -122,7 +122,8 @@ class Pairs(Record):
     ``first``, ``second``  members; ``touch``: geometry
     ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
     ``slots``              places of that order
-    ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each)
+    ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
+                           ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
 
@@ -136,6 +137,9 @@ class Pairs(Record):
     known: Whole
     past: Annotated[Wholes, "pairs"]
     impulses: Annotated[Rows, "pairs", 3]
+    stays: Annotated[Wholes, "pairs"]
+    stuck: Annotated[Wholes, "pairs"]
+    last: Annotated[Rows, "pairs", 6]
     found: Annotated[Row, TOUCH]
     given: Annotated[Row, 56]
 

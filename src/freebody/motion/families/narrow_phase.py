@@ -11,6 +11,7 @@ from __future__ import annotations
 from ...native.instructions import Reals, call, compiled, greater, hot, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
+from .faces import FAR
 from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
 from .patches import measure
 
@@ -20,7 +21,10 @@ P, Q, T = 4, 7, 10
 
 @compiled
 def seek(of: Families, t: float, y: Reals, limit: float) -> None:
-    """Find the pairs whose gaps are at most ``limit`` at a state; ``pairs.count`` beyond ``most``: no room for all."""
+    """Find the pairs whose gaps are at most ``limit`` at a state, or that stay closed.
+
+    ``pairs.count`` beyond ``most``: there is no room for all.
+    """
     links, members, pairs = of.links, of.members, of.pairs
     pairs.count = 0
     if members.count == 0:
@@ -30,6 +34,10 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
         bounds(of, greater(limit, 0.0))
         choose_axis(members)
         sort(members)
+    for p in range(pairs.known):
+        if pairs.stays[p] != 0:
+            number = pairs.past[p] // POINTS
+            consider(of, number // members.count, number % members.count, FAR)
     order, axis = members.order, members.axis
     for a in range(members.bounded):
         i = order[a]
@@ -98,7 +106,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         given[k] = members.sizes[n]
         k += 1
     call(laws.program[law], 0.0, given, 0, given, found, 0)
-    if not found[0] <= limit:
+    if not found[0] <= limit or (limit < FAR and stays(pairs, i * members.count + j) != 0):
         return
     for n in range(laws.reaches[law]):
         if found[TOUCH - 2 + n] < 0.0:
@@ -113,6 +121,26 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     pairs.ids[slot], pairs.slots[slot] = (i * members.count + j) * POINTS, slot
     for n in range(TOUCH):
         pairs.touch[slot, n] = found[n]
+
+
+@compiled
+def place_in_past(pairs: Pairs, number: int) -> int:
+    """Return the place of the first point, among those that pressed in the last step, of a pair or behind it."""
+    first, end = 0, pairs.known
+    while first < end:
+        middle = (first + end) // 2
+        if pairs.past[middle] // POINTS < number:
+            first = middle + 1
+        else:
+            end = middle
+    return first
+
+
+@compiled
+def stays(pairs: Pairs, number: int) -> int:
+    """Return how long a pair has stayed closed; not 0: until its force vanishes, also where surfaces curve away."""
+    p = place_in_past(pairs, number)
+    return pairs.stays[p] if p < pairs.known and pairs.past[p] // POINTS == number else 0
 
 
 @compiled

@@ -6,13 +6,13 @@ from ...native.instructions import Reals, compiled, root
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from ..families.faces import FAR
 from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
-from .pairs import close_pairs, lay_pairs
-from .stepping_record import CONSTRAINTS, FULL, MASS, NONE, Contacts, Gaps, Machine, Run
+from .pairs import begin_closed, close_pairs, lay_pairs
+from .stepping_record import BEGINS, CONSTRAINTS, FULL, MASS, NONE, OPENS, Contacts, Gaps, Machine, Run
 
 CLOSED_GAP = 1e-10
-FAR = 1e300
 
 
 @compiled
@@ -45,6 +45,22 @@ def inertia(run: Run) -> int:
         mass_blocks(links, run.problem.blocks, run.M)
         links.known = 1
     return factor(run.elimination, run.M)
+
+
+@compiled
+def begin(run: Run, t: float, near: float) -> None:
+    """Let the contacts and pairs with gaps up to ``near`` at z, the state before the first step, begin closed."""
+    contacts, row = run.contacts, 0
+    if run.machine.looped == 0:
+        run.machine.system(t, run.z, run.machine.c, run.outputs)
+        hide(contacts, run.now)
+    for e in range(contacts.count):
+        begins = run.now.gap[e] <= near and contacts.held[e] == 0 and contacts.presser[e] < 0
+        contacts.kept[e], contacts.stuck[e] = BEGINS if begins else OPENS, OPENS
+        for k in range(1 + contacts.tangents[e]):
+            contacts.last[row + k, 0] = run.rates[row + k]
+        row += 1 + contacts.tangents[e]
+    begin_closed(run, t, near)
 
 
 @compiled
@@ -126,21 +142,22 @@ def close(run: Run, friction: int, near: float) -> None:
                     problem.between[count] = count - 1 - contacts.normal_row[presser]
                     contacts.owner[count], contacts.rebound[count] = e, 0.0
                     count += 1
-        elif (run.now.gap[e] <= near or contacts.kept[e] != 0) and (friction != 0 or contacts.held[e] == 0):
+        elif (run.now.gap[e] <= near or (contacts.kept[e] != OPENS and run.now.gap[e] < FAR)) and (
+            friction != 0 or contacts.held[e] == 0
+        ):
             contacts.normal_row[e] = count
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count], problem.between[count] = row + k, contacts.mu[e], 0
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
-                if friction == 0 and contacts.kept[e] != 0:
-                    problem.low[count] = -FAR
-                contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
+                if friction == 0 and contacts.kept[e] > OPENS:
+                    problem.low[count] = -run.h * contacts.guess[row]
+                contacts.owner[count] = e
+                contacts.rebound[count] = contacts.restitution[e] if k == 0 else 0.0
                 count += 1
         row += 1 + tangents
     problem.count = contacts.closed = count
     close_pairs(run, friction)
-    for a in range(count, problem.count):
-        problem.low[a] = 0.0
 
 
 @compiled

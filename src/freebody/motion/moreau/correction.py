@@ -18,12 +18,12 @@ import math
 from ...native.instructions import compiled, greater, root
 from ..cones.block_rows import add, along
 from ..cones.islands import Islands, connect, island_of
-from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
+from .configuration import CLOSED_GAP, FAR, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
-from .pairs import deepest, pair_gap, pair_rate, pressed
-from .stepping_record import NONE, NOT_FINITE, OPEN, OVERLAP, Run
+from .pairs import deepest, hang, pair_gap, pair_rate, pressed
+from .stepping_record import NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
 CLOSINGS = 200
@@ -77,7 +77,9 @@ def overlap(run: Run, t: float) -> float:
         hide(run.contacts, run.end)
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
-        if run.contacts.kept[e] != 0:
+        if run.end.gap[e] >= FAR:  # beyond the end of its side
+            run.contacts.kept[e] = OPENS
+        if run.contacts.kept[e] > OPENS:
             depth = greater(depth, run.end.gap[e])
     return deepest(run, t, depth)
 
@@ -98,7 +100,7 @@ def lands(run: Run) -> int:
 @compiled
 def opened(run: Run, e: int) -> int:
     """Return 1 if a contact had no impulses in the step."""
-    return 1 if run.modes[run.done * run.contacts.count + e] == OPEN and run.contacts.kept[e] == 0 else 0
+    return 1 if run.modes[run.done * run.contacts.count + e] == OPEN and run.contacts.kept[e] == OPENS else 0
 
 
 @compiled
@@ -202,7 +204,8 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
     problem.reference = TINY
     for a in range(problem.count):
         problem.x[a] = 0.0
-        problem.reference = greater(problem.reference, abs(problem.b[a]))
+        if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
+            problem.reference = greater(problem.reference, abs(problem.b[a]))
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
     if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
@@ -221,6 +224,9 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
     if solved(run, islands, depth) == 0:
         return OVERLAP
+    for a in range(problem.count):
+        if problem.low[a] < 0.0 and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
+            hang(run, a)
     for i in range(machine.n):
         shift[i] += problem.v[i]
     put_speeds(machine, run.z, shift)

@@ -3,15 +3,18 @@
     1. midpoint         q_M = q + h/2 q'(q, u),   ū = (u + u⁺)/2;   M, f, W, G at q_M
     2. free velocity    M (u_free - u) = h f(t + h/2, q_M, ū) + J + Gᵀ λ,   G u_free + g = 0      (J: blows in the step)
                         with the normal forces of compliant contacts N(q_M, u) in f
-    3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M:
+    3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M, or that pressed before:
                         0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺)
                         with the greatest part of e for which the contacts do no work (`gains`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
-    5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, φ = 0
+    5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
 
 Without contact this is of second order. For a free body with f = -ω̄ × J ω̄ the step conserves energy and angular
 momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
 Cayley's turn is q + h q'(q, ω̄), normalized.
+
+On a surface that curves away a contact is open at q_M by κ v² h²/8. It stays closed nevertheless until its force
+vanishes, unless it has rebounded (`Contacts.kept`): if it fell and landed again, its forces would be 0 and 2 N in turn.
 
 The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`,
 `cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:
@@ -41,18 +44,21 @@ from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
+from .curvature import after, lasting, mirror, returned, turned
 from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
-from .pairs import begin_pairs, log_pairs, mode, room_left, slip
+from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
 from .stepping_record import (
     CONTACTS,
     JAMMED,
+    LANDED,
     LOADS,
     NONE,
     NOT_FINITE,
     OPEN,
+    OPENS,
     Run,
 )
 
@@ -108,12 +114,19 @@ def midpoint(run: Run, t: float) -> int:
     close(run, 1, CLOSED_GAP)
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
-        r = problem.rows[a]
+        r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+        contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
+        contacts.half[a], contacts.turn[a] = turned(
+            contacts.stays[a], problem.kinds[a], contacts.last[r], run.rates[r]
+        )
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
+    for a in range(problem.count):
+        if contacts.stays[a] != OPENS:
+            mirror(run, a)
     return NONE
 
 
@@ -161,7 +174,7 @@ def gains(run: Run, islands: Islands) -> int:
         for k in range(3):
             energy[b, k] = 0.0
     for a in range(problem.count):
-        b, before, free, after = (
+        b, before, free, speed = (
             island_of(problem, islands, a),
             contacts.before[a],
             problem.b[a],
@@ -169,13 +182,13 @@ def gains(run: Run, islands: Islands) -> int:
         )
         if b >= 0:
             x = 0.5 * problem.x[a]
+            free -= returned(contacts, a)
+            speed -= returned(contacts, a)
             if problem.kinds[a] == NORMAL:
-                free -= contacts.rebound[a] * before
-                after -= contacts.rebound[a] * before
                 islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
-            energy[b, 0] += x * (before + after)
-            energy[b, 1] += x * (free + after)
-            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(after))
+            energy[b, 0] += x * (before + speed)
+            energy[b, 1] += x * (free + speed)
+            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(speed))
     found = 0
     for b in range(problem.blocks.count):
         small = greater(EXACT, problem.residual) * energy[b, 2]
@@ -271,13 +284,13 @@ def contact_rates(run: Run, trials: int) -> None:
         r, before = problem.rows[a], contacts.before[a]
         problem.b[a] = before + along(blocks, r, run.W, run.free)
         if trials == 0:
-            if not -contacts.rebound[a] * before > before - problem.b[a]:
+            change, turn = problem.b[a] - before, contacts.turn[a]
+            if not contacts.rebound[a] * (turn - before) > -change - 2.0 * turn:
                 contacts.rebound[a] = 0.0
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
             # what the friction of a given normal force can change, since its own row is zero
             problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
-        if problem.kinds[a] == NORMAL:
-            problem.b[a] += contacts.rebound[a] * before
+        problem.b[a] += returned(contacts, a)
         if trials == 0:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
 
@@ -294,21 +307,27 @@ def account(run: Run) -> None:
         contacts.guess[r] = 0.0
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
-        contacts.kept[e] = 0
+        contacts.kept[e] = OPENS
+        contacts.stuck[e] = OPENS
     for a in range(problem.count):
         if a < contacts.closed:
             contacts.guess[problem.rows[a]] = problem.x[a]
         for i in range(run.constraints):
             run.lam[i] -= elimination.sigma[a, i] * problem.x[a]
-        after = problem.r[a]
+        speed = after(run, a)
+        if a < contacts.closed:
+            contacts.last[problem.rows[a], 0], contacts.last[problem.rows[a], 1] = speed, contacts.half[a]
         if problem.kinds[a] == NORMAL:
-            after -= contacts.rebound[a] * contacts.before[a]
             if problem.x[a] > 0.0 and a < contacts.closed:
-                run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
-                contacts.kept[contacts.owner[a]] = 1 if contacts.adhesion[contacts.owner[a]] > 0.0 else 0
+                e = contacts.owner[a]
+                run.modes[k * contacts.count + e] = mode(run, a)
+                contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(contacts, a)
+                if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
+                    contacts.kept[e] = LANDED
+                contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
-        struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
+        struck += 0.5 * problem.x[a] * (contacts.before[a] + speed)
     log_pairs(run)
     for r in range(contacts.rows):
         run.impulses[k, r] = contacts.guess[r]

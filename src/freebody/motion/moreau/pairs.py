@@ -9,8 +9,9 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import POINTS, Pairs
-from ..families.narrow_phase import P, Q, T, rate, rows, seek
-from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
+from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
+from .curvature import after, lasting, turned
+from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
 @compiled
@@ -31,7 +32,25 @@ def deepest(run: Run, t: float, depth: float) -> float:
     seek(run.families, t + run.h, run.z, 0.0)
     for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
         depth = greater(depth, -pairs.touch[c, 0])
+        if stays(pairs, pairs.ids[c] // POINTS) > OPENS:
+            depth = greater(depth, pairs.touch[pairs.slots[c], 0])
     return depth
+
+
+@compiled
+def begin_closed(run: Run, t: float, near: float) -> None:
+    """Let the pairs with gaps up to ``near`` at z, the state before the first step, begin closed."""
+    pairs = run.families.pairs
+    pairs.known = 0
+    seek(run.families, t, run.z, near)
+    pairs.known = pairs.count if pairs.count <= pairs.most else 0
+    for p in range(pairs.known):
+        slot = pairs.slots[p]
+        pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
+        pairs.stuck[p], touch = OPENS, pairs.touch[slot]
+        for k in range(3):
+            pairs.impulses[p, k] = 0.0
+            pairs.last[p, 2 * k] = rate(run.families, slot, touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
 
 
 @compiled
@@ -45,7 +64,10 @@ def close_pairs(run: Run, friction: int) -> None:
         for k in range(1 + tangents if friction != 0 else 1):
             problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
-            contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
+            contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
+            problem.low[count] = 0.0
+            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) > OPENS:
+                problem.low[count] = -run.h * pairs.impulses[place_in_past(pairs, pairs.ids[c] // POINTS), 0]
             count += 1
         row += 1 + tangents
     problem.count = count
@@ -66,19 +88,25 @@ def pair_rate(run: Run, a: int) -> float:
 
 
 @compiled
+def hang(run: Run, a: int) -> None:
+    """Leave open, until the next step, the contact whose normal is row ``a`` of the problem."""
+    contacts, pairs, e = run.contacts, run.families.pairs, run.contacts.owner[a]
+    if a < contacts.closed:
+        contacts.kept[e] = -contacts.kept[e]
+    else:
+        p = place_in_past(pairs, pairs.ids[e] // POINTS)
+        pairs.stays[p] = -pairs.stays[p]
+
+
+@compiled
 def pressed(pairs: Pairs, c: int) -> int:
     """Return 1 if the two members of a pair pressed each other in the step, at any of their points.
 
     Points of a patch have numbers that change with it.
     """
-    first, end, number = 0, pairs.known, pairs.ids[c] // POINTS
-    while first < end:
-        middle = (first + end) // 2
-        if pairs.past[middle] // POINTS < number:
-            first = middle + 1
-        else:
-            end = middle
-    return 1 if first < pairs.known and pairs.past[first] // POINTS == number else 0
+    number = pairs.ids[c] // POINTS
+    p = place_in_past(pairs, number)
+    return 1 if p < pairs.known and pairs.past[p] // POINTS == number else 0
 
 
 @compiled
@@ -95,7 +123,12 @@ def begin_pairs(run: Run) -> None:
         )
         while p < pairs.known and pairs.past[p] < pairs.ids[c]:
             p += 1
-        problem.x[a] = pairs.impulses[p, k] if p < pairs.known and pairs.past[p] == pairs.ids[c] else 0.0
+        known = p < pairs.known and pairs.past[p] == pairs.ids[c]
+        problem.x[a] = pairs.impulses[p, k] if known else 0.0
+        contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
+        contacts.half[a], contacts.turn[a] = turned(
+            contacts.stays[a], problem.kinds[a], pairs.last[p][2 * k :], contacts.before[a]
+        )
 
 
 @compiled
@@ -114,6 +147,8 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
+            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
+            pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
             for k in range(3):
                 x = 0.0
@@ -122,6 +157,8 @@ def log_pairs(run: Run) -> None:
                 if k == 2 and (a + 2 >= problem.count or problem.kinds[a + 2] != FIRST + 1):
                     x = 0.0
                 pairs.impulses[p, k], entry[k] = x, x
+                if a + k < problem.count:
+                    pairs.last[p, 2 * k], pairs.last[p, 2 * k + 1] = after(run, a + k), contacts.half[a + k]
             entry[3] = mode(run, a)
             for i in range(3):
                 entry[4 + i] = touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]
@@ -133,12 +170,29 @@ def log_pairs(run: Run) -> None:
 
 
 @compiled
+def patched(run: Run, slot: int) -> int:
+    """Return 1 if the members of a pair touch in a patch, whose points come and go."""
+    families, pairs = run.families, run.families.pairs
+    members, laws = families.members, families.laws
+    i, j = pairs.first[slot], pairs.second[slot]
+    return laws.patched[(members.family[i] * laws.kinds + members.kind[i]) * laws.kinds + members.kind[j]]
+
+
+@compiled
 def mode(run: Run, a: int) -> int:
     """Return the mode of the pressed contact whose normal is row ``a``: without friction it does not stick."""
     problem = run.problem
     tangent = a < problem.count - 1 and problem.kinds[a + 1] > NORMAL
     found = slip(run, a + 1) if tangent else STICK
     return SLIP if found == STICK and problem.mu[a] == 0.0 else found
+
+
+@compiled
+def sticking(run: Run, a: int) -> int:
+    """Return how long the contact whose normal is row ``a``, which presses and stays closed, has stuck."""
+    if mode(run, a) != STICK or a == run.problem.count - 1 or run.problem.kinds[a + 1] <= NORMAL:
+        return OPENS
+    return LANDED if run.contacts.stays[a + 1] == OPENS else STAYED
 
 
 @compiled

@@ -13,6 +13,8 @@ NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL, JAMMED = ra
 no load of a joint agrees with the friction that it bounds."""
 OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 """Modes of a contact in a step; the last two are the slips in a plane."""
+OPENS, BEGINS, LANDED, STAYED = range(4)
+"""How long a contact has stayed closed: it opens as it can, begins closed, pressed in the last step, or before, too."""
 
 
 @record
@@ -75,13 +77,14 @@ class Contacts(Record):
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
     ``adhesion``      pull that each contact bears
-    ``kept``          1 while a contact adheres: it stays closed on a surface that curves away, and its gap is corrected
-                      to 0 from both sides
+    ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its gap
+                      is corrected to 0 from both sides, and ``last`` is v₋ and T₋
     ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
     ``normal_row``    normal row of each contact in the problem, or -1
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
+    ``stays``, ``half``, ``turn``    ``kept``, T and a of its normal rows
     ``guess``         impulses of all rows in the last step
     """
 
@@ -95,12 +98,17 @@ class Contacts(Record):
     held: Wholes
     adhesion: Row
     kept: Wholes
+    stuck: Wholes
+    last: Rows
     presser: Wholes
     normal_row: Wholes
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]
     before: Annotated[Row, "most"]
+    stays: Annotated[Wholes, "most"]
+    half: Annotated[Row, "most"]
+    turn: Annotated[Row, "most"]
     guess: Annotated[Row, "rows"]
 
 

@@ -27,19 +27,19 @@ ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
 """Limits on an island that Newton's method gets, whose matrices are dense."""
 
 
-_MODULES = ("motion.moreau.moreau", "motion.moreau.pairs")
+_MODULES = ("motion.moreau.moreau", "motion.moreau.configuration")
 
 
 @cache
 def functions() -> dict[str, Function]:
-    """Return the compiled functions of this room: the steps, and the search for the deepest pairs of families."""
+    """Return the compiled functions: the steps, and what begins closed."""
 
     def named() -> dict[str, Any]:
-        from ..moreau import moreau, pairs
+        from ..moreau import configuration, moreau
 
-        return vars(pairs) | vars(moreau)
+        return vars(configuration) | vars(moreau)
 
-    return made(_MODULES[0], _MODULES, ("march", "deepest"), named, passes="hot").functions
+    return made(_MODULES[0], _MODULES, ("march", "begin"), named, passes="hot").functions
 
 
 def kernels_and_shape(kernels: Kernels) -> tuple[Program, Shape]:
@@ -105,7 +105,8 @@ def memory_of(
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
-    contacts.kept = np.zeros(E, dtype=np.int64)
+    contacts.kept, contacts.stuck = np.zeros((2, E), dtype=np.int64)
+    contacts.last = np.zeros((m, 2))
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
@@ -133,6 +134,19 @@ def memory_of(
     problem.W, problem.X = run.W, np.zeros(len(run.W))
     wide = int(np.diff(shape.row_first).max(initial=2))
     return run, _islands(int(blocks.count), max(m + 3 * pairs, 1), n, wide), owned
+
+
+def carry(old: Run, new: Run) -> None:
+    """Give a memory with more room what the last step left: what stays closed, impulses, and the blow of this step."""
+    for measure in ("residual", "depth", "sweeps", "reduced"):
+        setattr(new, measure, getattr(old, measure))
+    for name in ("kept", "stuck", "last", "guess"):
+        getattr(new.contacts, name)[:] = getattr(old.contacts, name)
+    new.blow[:] = old.blow
+    pairs, before = new.families.pairs, old.families.pairs
+    pairs.known = before.known
+    for name in ("past", "stays", "stuck", "last", "impulses"):
+        getattr(pairs, name)[: before.known] = getattr(before, name)[: before.known]
 
 
 def _islands(blocks: int, most: int, n: int, wide: int) -> Islands:

@@ -40,7 +40,7 @@ from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accepted, check_laws, failure
 from .mean_motion import middle_of
-from .memory import functions, kernels_and_shape, memory_of
+from .memory import carry, functions, kernels_and_shape, memory_of
 from .pair_motion import PairLog
 
 RESIDUAL = 1e-12
@@ -184,14 +184,11 @@ class _Run:
     def _check_start(self, y: Array) -> None:
         """Refuse contacts and members of families that begin inside each other, and round shapes that do not fit."""
         refuse_misfits(self.model, self.values)
-        pairs = self._gaps_of_pairs(y) if self.pairs else []
+        self._begin(y)
+        pairs = self._gaps_of_pairs()
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
-        gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts
-        own = [gap for gap, c in zip(gaps, self.model.contacts, strict=True) if not c.presser]
+        own = [gap for gap, c in zip(self._gaps_of_contacts(y), self.model.contacts, strict=True) if not c.presser]
         refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure, sides_of(self.model.contacts))
-        contacts.kept[:] = [
-            gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
-        ]
 
     def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
         program, E = self.program, len(self.first)
@@ -208,15 +205,18 @@ class _Run:
         gaps[self.shape.reach_of[found[E:] < 0]] = np.inf
         return [(contact.name, gap) for contact, gap in zip(self.model.contacts, gaps, strict=False)]
 
-    def _gaps_of_pairs(self, y: Array) -> list[tuple[str, float]]:
+    def _begin(self, y: Array) -> None:
+        """Let what touches at a state begin closed there; make room for all pairs of families that do."""
         while True:
             self.memory.z[: len(y)] = y
-            functions()["deepest"](self.memory, self.begin - self.h, 0.0)
-            pairs = self.memory.families.pairs
-            if pairs.count <= pairs.most:
-                break
+            functions()["begin"](self.memory, self.begin + self.reached * self.h, NEAR)
+            if self.memory.families.pairs.count <= self.pairs:
+                return
             self.pairs *= 2
             self._make_room()
+
+    def _gaps_of_pairs(self) -> list[tuple[str, float]]:
+        pairs = self.memory.families.pairs
         return [
             (label_of(self.model, int(pairs.first[k]), int(pairs.second[k])), float(pairs.touch[k, 0]))
             for k in np.flatnonzero(pairs.touch[: pairs.count, 0] < -NEAR)
@@ -307,10 +307,8 @@ class _Run:
                 self.pairs *= 2
                 self._make_room()
                 between.halt.watch(self.memory.problem, self.islands.part)
-                for measure in ("residual", "depth", "sweeps", "reduced"):
-                    setattr(self.memory, measure, getattr(run, measure))
-                self.memory.contacts.kept[:] = run.contacts.kept
-                self.memory.blow[:], run = run.blow, self.memory
+                carry(run, self.memory)
+                run = self.memory
                 continue
             enough = accepted(run)
             close = run.problem.residual <= enough
