@@ -304,10 +304,12 @@ def follow_events(run: Run) -> int:
     """Find and log the events of an accepted step, or, if its search has begun, of what is left of it.
 
     If the log is full, the search goes on at the next call, and ``seen`` is below 1 until then. Return RUNNING,
-    TERMINAL, UNDEFINED or UNRESOLVED.
+    TERMINAL, UNDEFINED, UNRESOLVED, or DIVERGED: the iteration of the method does not converge for the shorter step to
+    an event, and the step is to be a shorter one.
     """
-    search, status = run.search, RUNNING
+    search, status, logged = run.search, RUNNING, -1
     if search.seen == 1.0:
+        logged = run.events
         if method.densify is not None:
             method.densify(run)
         if method.expect is not None:
@@ -318,6 +320,9 @@ def follow_events(run: Run) -> int:
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first = False
         stop = log_events(run, find_events(run))
+        if method.expect is not None and logged >= 0 and lost(run, logged) != 0:
+            run.events, search.seen = logged, 1.0
+            return DIVERGED
         if stop >= 0.0:
             status = TERMINAL
             if stop == search.reach:
@@ -327,6 +332,16 @@ def follow_events(run: Run) -> int:
                 run.after = run.t + stop * run.h
             search.seen = 1.0
     return status
+
+
+@part
+def lost(run: Run, first: int) -> int:
+    """Return 1 if the state of an event from ``first`` on was not found, else 0."""
+    found = 1
+    for e in range(first, run.events):
+        if not are_finite(run.search.log_states[e], run.n):
+            found = 0
+    return 1 - found
 
 
 @part.inlined
@@ -346,8 +361,8 @@ def pass_step(run: Run, good: Truth) -> None:
 def accept(run: Run) -> int:
     """Take a step, whose start goes to the buffers, or go on with its events.
 
-    If the log of events is full, the step is taken at the next call. Return RUNNING, FINISHED, TERMINAL, STIFF,
-    UNDEFINED or UNRESOLVED.
+    If the log of events is full, the step is taken at the next call. A step with an event whose state is not found is
+    rejected. Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
     """
     search, status = run.search, RUNNING
     if search.seen == 1.0:
@@ -362,6 +377,10 @@ def accept(run: Run) -> int:
         stop = follow_events(run)
         if search.seen < 1.0:
             return RUNNING
+        if method.expect is not None and stop == DIVERGED:
+            run.error = math.nan
+            method.prepare(run, True)
+            return look(run)
         if stop != RUNNING:
             status, run.last = stop, 0
     k = run.accepted
@@ -393,6 +412,7 @@ def advance(run: Run) -> int:
             good = run.error <= 1.0
             if good:
                 status = accept(run)
+                good = run.error <= 1.0
             if (method.length is None or not good) and status == RUNNING and run.search.seen == 1.0:
                 status = change_length(run, run.error, good)
     k = run.accepted
