@@ -46,7 +46,7 @@ from ...native.instructions import (
     where,
 )
 from . import event_search, states
-from .event_search import MOST, find_events, log_events
+from .event_search import MOST, TOO_LONG, find_events, log_events
 from .layout import (
     COLLAPSED,
     DIVERGED,
@@ -304,8 +304,7 @@ def follow_events(run: Run) -> int:
     """Find and log the events of an accepted step, or, if its search has begun, of what is left of it.
 
     If the log is full, the search goes on at the next call, and ``seen`` is below 1 until then. Return RUNNING,
-    TERMINAL, UNDEFINED, UNRESOLVED, or DIVERGED: the iteration of the method does not converge for the shorter step to
-    an event, and the step is to be a shorter one.
+    TERMINAL, UNDEFINED, UNRESOLVED, or DIVERGED: the step is to be a shorter one.
     """
     search, status, logged = run.search, RUNNING, -1
     if search.seen == 1.0:
@@ -319,8 +318,8 @@ def follow_events(run: Run) -> int:
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first = False
-        stop = log_events(run, find_events(run))
-        if method.expect is not None and logged >= 0 and lost(run, logged) != 0:
+        stop = log_events(run, find_events(run), 1 if logged >= 0 and run.fixed == 0 else 0)
+        if stop == TOO_LONG:
             run.events, search.seen = logged, 1.0
             return DIVERGED
         if stop >= 0.0:
@@ -332,16 +331,6 @@ def follow_events(run: Run) -> int:
                 run.after = run.t + stop * run.h
             search.seen = 1.0
     return status
-
-
-@part
-def lost(run: Run, first: int) -> int:
-    """Return 1 if the state of an event from ``first`` on was not found, else 0."""
-    found = 1
-    for e in range(first, run.events):
-        if not are_finite(run.search.log_states[e], run.n):
-            found = 0
-    return 1 - found
 
 
 @part.inlined
@@ -361,8 +350,7 @@ def pass_step(run: Run, good: Truth) -> None:
 def accept(run: Run) -> int:
     """Take a step, whose start goes to the buffers, or go on with its events.
 
-    If the log of events is full, the step is taken at the next call. A step with an event whose state is not found is
-    rejected. Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
+    If the log of events is full, the step is taken at the next call. A step too long for its events is rejected. Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
     """
     search, status = run.search, RUNNING
     if search.seen == 1.0:
@@ -377,9 +365,10 @@ def accept(run: Run) -> int:
         stop = follow_events(run)
         if search.seen < 1.0:
             return RUNNING
-        if method.expect is not None and stop == DIVERGED:
+        if stop == DIVERGED:
             run.error = math.nan
-            method.prepare(run, True)
+            if method.prepare is not None:
+                method.prepare(run, True)
             return look(run)
         if stop != RUNNING:
             status, run.last = stop, 0
