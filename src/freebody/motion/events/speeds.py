@@ -20,7 +20,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulses import gather
 from .jumps import forget_signs
-from .moment import approaches, choose, copy, is_smooth, largest, look, slip_speed
+from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import normalise
 from .slips import log_leap
 
@@ -123,7 +123,17 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
 
 @compiled
 def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0.
+    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
+    copy_wholes(it.mode, it.before, it.contacts)
+    if are_at_rest(it, contacts) != 0:
+        return 1
+    copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
+    return 0
+
+
+@compiled
+def are_at_rest(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of the step that has been passed; return 1 if contacts are at rest, and none slips slowly, else 0.
 
     Forces beyond their cone by F give a body of mass m the speed F h/m, far below a slip, so contacts are at rest whose
     speeds in the problem are its round-off.
