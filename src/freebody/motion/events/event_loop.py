@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import begin_slip, fading, halt, hold, turn_back
+from .slips import UPSET, begin_slip, fading, halt, hold, turn_back
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 
 
@@ -354,7 +354,13 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
     for k in range(it.contacts):
         if it.stopping[k] != 0:
             it.stopping[k] = 0
-            changed = halt(it, contacts, k)
+            changed = halt(it, contacts, k, 1)
+            if changed == UPSET:
+                if decided_by_speeds(it, contacts, it.target - it.t) != 0:
+                    for j in range(it.contacts):
+                        it.stopping[j] = 0
+                    return RUNNING
+                changed = halt(it, contacts, k, 0)
             if changed < 0:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)
