@@ -211,9 +211,11 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
     it.stage = event_run.LAUNCH
-    changed = begin_slip(it, contacts, end, longest)
+    changed = begin_slip(it, contacts, end, longest, 1)
     if changed < 0 and it.resting == 0 and decided_by_speeds(it, contacts, end - it.t) != 0:
         return RUNNING
+    if changed == UPSET:
+        changed = begin_slip(it, contacts, end, longest, 0)
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED

@@ -104,11 +104,29 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
 
 
 @compiled
-def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> int:
+def upset(it: EventRun, own: int, length: float) -> int:
+    """Return 1 if a slip in space of another contact than ``own`` would turn within a straight step, else 0.
+
+    ``speeds`` are the accelerations. A slip that stops with the others keeps its direction.
+    """
+    for k in range(it.contacts):
+        if k != own and it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            r, speed = it.first[k] + 1, slip_speed(it, k)
+            along = product_of(it.rate[r:], it.speeds[r:], 2)
+            across = it.rate[r] * it.speeds[r + 1] - it.rate[r + 1] * it.speeds[r]
+            turns = length * (abs(across) + greater(along, 0.0)) > speed * speed
+            if it.still < speed and (turns or -along * length > 2.0 * speed * speed):
+                return 1
+    return 0
+
+
+@compiled
+def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, whole: int) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
     This moment is a straight step of at most ``longest`` that gives the slip a direction. Return -1 if the others
-    prevent the slip in the direction of its acceleration.
+    prevent the slip in the direction of its acceleration, and `UPSET` if other slow slips would turn within the step,
+    and ``whole`` is not 0.
     """
     least = pull(it)
     if least < 0.0:
@@ -123,6 +141,12 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
         look(it)
         return 1
     length = lesser(greater(4.0 * laws.STOPPED / least, 1e-9), end - it.t)
+    if whole != 0:
+        slip_acceleration(it, 0)  # sets the change by the forces
+        for r in range(it.rows):
+            it.speeds[r] = it.c[r] + product_of(row_of(it, it.W, r), it.v, n)
+        if upset(it, -1, length) != 0:
+            return UPSET
     copy(it.y, it.start, it.n_y)
     for i in range(n):
         change = it.free[i]
@@ -236,23 +260,6 @@ def stops_beside(it: EventRun, k: int) -> int:
         if it.stopped[r] != 0 and (r == own or it.presser[r] == own):
             found = 1
     return found
-
-
-@compiled
-def upset(it: EventRun, own: int, length: float) -> int:
-    """Return 1 if a slip in space of another contact than ``own`` would turn within a straight step, else 0.
-
-    ``speeds`` are the accelerations. A slip that stops with the others keeps its direction.
-    """
-    for k in range(it.contacts):
-        if k != own and it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
-            r, speed = it.first[k] + 1, slip_speed(it, k)
-            along = product_of(it.rate[r:], it.speeds[r:], 2)
-            across = it.rate[r] * it.speeds[r + 1] - it.rate[r + 1] * it.speeds[r]
-            turns = length * (abs(across) + greater(along, 0.0)) > speed * speed
-            if it.still < speed and (turns or -along * length > 2.0 * speed * speed):
-                return 1
-    return 0
 
 
 @compiled
