@@ -196,7 +196,8 @@ class Patches:
             if one not in kept.values():
                 place = self._place(p, kind_of(one), kept, found)
                 kept[place] = one
-                self.values.update(self._numbers(p, place, one))
+                normal = patch.points[rows.index(list(one)), 3:6]
+                self.values.update(self._numbers(p, place, one, normal))
         for place in places.keys() - kept.keys():
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
         it.used[p] = len(kept) or -1
@@ -214,8 +215,8 @@ class Patches:
         ]
         return min(places, key=lambda place: place in kept)
 
-    def _numbers(self, p: int, place: int, one: tuple[int, ...]) -> dict[str, float]:
-        """Return the parameters of a place for its features."""
+    def _numbers(self, p: int, place: int, one: tuple[int, ...], normal: Array) -> dict[str, float]:
+        """Return the parameters of a place for its features, at a point of the patch with this normal."""
         pair, kind, side = self.pairs[p], self.pairs[p].kinds[place], 1.0
         shapes, features = (pair.whole.feature, pair.whole.surface), (one[:2], one[2:])
         ways = [
@@ -225,8 +226,7 @@ class Patches:
         if kind == EDGE_ON_EDGE:
             poses = [self.it.families.links.poses[POSE * k :] for k in self._links(p)]
             m = np.cross(*(pose[:9].reshape(3, 3) @ way for pose, way in zip(poses, ways, strict=True)))
-            middles = [self.it.families.one.middle, self.it.families.other.middle]
-            side = 1.0 if m @ (middles[0] - middles[1]) > 0 else -1.0
+            side = 1.0 if m @ normal > 0 else -1.0
         numbers: list[float] = []
         for shape, core, feature, way in zip(shapes, self.cores[p], features, ways, strict=True):
             first = shape.faces[feature[0]][0] if feature[1] == FACE else feature[0]

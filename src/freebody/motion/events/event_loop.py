@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import begin_slip, fading, halt, hold, turn_back
+from .slips import UPSET, begin_slip, fading, halt, hold, turn_back
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 
 
@@ -176,8 +176,12 @@ def decision(it: EventRun, contacts: Contacts) -> int:
 @compiled
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
-    if hold(it, contacts) != 0 and it.refuse != 0:
-        return event_run.UNDECIDED
+    if hold(it, contacts) != 0:
+        if it.refuse != 0:
+            return event_run.UNDECIDED
+        # friction of a fixed direction would move the body, where open forces hold it
+        if it.resting == 0 and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+            return RUNNING
     set_up(it, contacts)
     decides = forces_decide(it, contacts) if it.spare_count > 0 else 0
     if decides != 0 and it.refuse != 0:
@@ -207,9 +211,11 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
     it.stage = event_run.LAUNCH
-    changed = begin_slip(it, contacts, end, longest)
+    changed = begin_slip(it, contacts, end, longest, 1)
     if changed < 0 and it.resting == 0 and decided_by_speeds(it, contacts, end - it.t) != 0:
         return RUNNING
+    if changed == UPSET:
+        changed = begin_slip(it, contacts, end, longest, 0)
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
@@ -350,7 +356,13 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
     for k in range(it.contacts):
         if it.stopping[k] != 0:
             it.stopping[k] = 0
-            changed = halt(it, contacts, k)
+            changed = halt(it, contacts, k, 1)
+            if changed == UPSET:
+                if decided_by_speeds(it, contacts, it.target - it.t) != 0:
+                    for j in range(it.contacts):
+                        it.stopping[j] = 0
+                    return RUNNING
+                changed = halt(it, contacts, k, 0)
             if changed < 0:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)

@@ -34,11 +34,17 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         it.shown[k] = mode
 
 
-@inlined
+@compiled
 def band_of(it: EventRun, k: int) -> float:
-    """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off."""
-    inside = it.compliant[k] != 0 and it.gap[k] < -it.near
-    return 0.0 if inside else lesser(it.gap[k], 0.0)
+    """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
+
+    An open gap that leaves zero changes sign by its round-off, before it is open.
+    """
+    low, gap = LOW * (1.0 + largest(it.y, it.n_q)), it.gap[k]
+    if it.compliant[k] != 0:
+        return 0.0 if gap < -it.near else lesser(gap, 0.0)
+    leaves = it.mode[k] == laws.OPEN and gap <= low and it.rate[it.first[k]] >= -it.still
+    return lesser(gap, 0.0) - low if leaves else lesser(gap, 0.0)
 
 
 @compiled

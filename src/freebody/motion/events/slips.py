@@ -18,6 +18,8 @@ from .log import log_phase, log_state
 from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, project, set_up
 
+UPSET = -2
+"""Answer that a straight step would turn other slips."""
 FADES, ALIKE = 100.0, 10.0
 """Multiple of the speed at which slips end up to which others end together; the part by which they must have slowed."""
 
@@ -102,11 +104,29 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
 
 
 @compiled
-def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> int:
+def upset(it: EventRun, own: int, length: float) -> int:
+    """Return 1 if a slip in space of another contact than ``own`` would turn within a straight step, else 0.
+
+    ``speeds`` are the accelerations. A slip that stops with the others keeps its direction.
+    """
+    for k in range(it.contacts):
+        if k != own and it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            r, speed = it.first[k] + 1, slip_speed(it, k)
+            along = product_of(it.rate[r:], it.speeds[r:], 2)
+            across = it.rate[r] * it.speeds[r + 1] - it.rate[r + 1] * it.speeds[r]
+            turns = length * (abs(across) + greater(along, 0.0)) > speed * speed
+            if it.still < speed and (turns or -along * length > 2.0 * speed * speed):
+                return 1
+    return 0
+
+
+@compiled
+def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, whole: int) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
     This moment is a straight step of at most ``longest`` that gives the slip a direction. Return -1 if the others
-    prevent the slip in the direction of its acceleration.
+    prevent the slip in the direction of its acceleration, and `UPSET` if other slow slips would turn within the step,
+    and ``whole`` is not 0.
     """
     least = pull(it)
     if least < 0.0:
@@ -121,6 +141,12 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
         look(it)
         return 1
     length = lesser(greater(4.0 * laws.STOPPED / least, 1e-9), end - it.t)
+    if whole != 0:
+        slip_acceleration(it, 0)  # sets the change by the forces
+        for r in range(it.rows):
+            it.speeds[r] = it.c[r] + product_of(row_of(it, it.W, r), it.v, n)
+        if upset(it, -1, length) != 0:
+            return UPSET
     copy(it.y, it.start, it.n_y)
     for i in range(n):
         change = it.free[i]
@@ -237,11 +263,12 @@ def stops_beside(it: EventRun, k: int) -> int:
 
 
 @compiled
-def halt(it: EventRun, contacts: Contacts, k: int) -> int:
+def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
     Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is
-    that without slip, and ``kept`` the one before.
+    that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips would turn within the step, and
+    ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
@@ -258,6 +285,8 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
         copy(it.y, it.kept, it.n_y)
         stop(it, contacts, 1)
         return -1
+    if whole != 0 and upset(it, k, length) != 0:
+        return UPSET
     copy(it.y, it.start, it.n_y)
     it.rates(it.t, it.y, it.phase, it.step)
     for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once

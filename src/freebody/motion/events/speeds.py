@@ -20,7 +20,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulses import gather
 from .jumps import forget_signs
-from .moment import approaches, choose, copy, is_smooth, largest, look, slip_speed
+from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import normalise
 from .slips import log_leap
 
@@ -29,7 +29,8 @@ from .slips import log_leap
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if a bounded force or a drive acts at a contact, if there is no solution, or if a contact would close.
+    It is 0 if a bounded force or a drive acts at a contact, if there is no solution, or if a contact would close, also
+    one at a place of a patch that has no features yet.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
     if machine.driven != 0 or it.moving != 0:
@@ -63,12 +64,15 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     normalise(it)
     it.t = begun + length
     look(it)
+    closes = 0
     for k in range(it.contacts):
         if it.gap[k] < -it.near and it.measure[k] > it.near:
-            it.t = begun
-            copy(it.start, it.y, it.n_y)
-            look(it)
-            return 0
+            closes = 1
+    if closes != 0 or loses_places(it) != 0:
+        it.t = begun
+        copy(it.start, it.y, it.n_y)
+        look(it)
+        return 0
     heat = 0.0
     for a in range(contacts.rows):
         r = it.list[a]
@@ -77,6 +81,17 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def loses_places(it: EventRun) -> int:
+    """Return 1 if a patch of solids has other features than its places, or one is not known yet, else 0."""
+    if it.followed == 0:
+        return 0
+    if it.ready == 0:
+        return 1
+    it.watched(it.t, it.y, it.phase, it.watch)
+    return 1 if it.watch[it.followed - 1] < 0.0 else 0
 
 
 @compiled
@@ -108,7 +123,17 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
 
 @compiled
 def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0.
+    """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
+    copy_wholes(it.mode, it.before, it.contacts)
+    if are_at_rest(it, contacts) != 0:
+        return 1
+    copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
+    return 0
+
+
+@compiled
+def are_at_rest(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of the step that has been passed; return 1 if contacts are at rest, and none slips slowly, else 0.
 
     Forces beyond their cone by F give a body of mass m the speed F h/m, far below a slip, so contacts are at rest whose
     speeds in the problem are its round-off.
@@ -129,8 +154,11 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
             stays = slip_speed(it, k) <= it.still and r[0] * r[0] + r[1] * r[1] <= none * none
             rests = it.tangents[k] == 2 and contacts.static[i] > 0.0 and stays
             it.mode[k] = laws.STICK if rests else laws.SLIDE
-            if it.mode[k] == laws.SLIDE and is_smooth(it, k) and it.rough[k] != 0:
-                it.mode[k] = laws.SMOOTH
+            if it.mode[k] == laws.SLIDE and it.rough[k] != 0:
+                if is_smooth(it, k):
+                    it.mode[k] = laws.SMOOTH
+                elif slip_speed(it, k) <= it.still:  # it begins, and has no direction yet
+                    return 0
             found += 1 if rests else 0
     return 1 if found > 1 else 0
 

@@ -352,10 +352,10 @@ def gap_of(it: Followed, one: Integers) -> float:
         n[0], n[1], n[2] = n[0] - part * x, n[1] - part * y, n[2] - part * z
         return root(along(n, n)) - both
     n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
-    gap = (along(n, p) - along(n, r)) / root(along(n, n))
-    if along(n, a.middle) < along(n, b.middle):
-        gap = -gap
-    return gap - both
+    gap, points = (along(n, p) - along(n, r)) / root(along(n, n)), of.patch
+    # an edge that is steep over a face crosses it on the side of the face, whatever the middles say
+    towards = along(n, points.points[0][3:]) if points.count > 0 else along(n, a.middle) - along(n, b.middle)
+    return (gap if towards >= 0.0 else -gap) - both
 
 
 @compiled

@@ -18,7 +18,7 @@ import math
 from ...native.functions import unrolled
 from ...native.instructions import EPS, Parts, greater, lesser, root
 from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run
-from .states import dense_state, state_in_step
+from .states import are_finite, dense_state, state_in_step
 
 part = Parts()
 
@@ -28,6 +28,9 @@ EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
+TOO_LONG, BRIEF = -2.0, 2.0**-32
+"""Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
+for its dense output."""
 HALF_AS_MANY = 1.0 / 256.0
 """Doubt below which a window may be doubled: Δ⁸ grows by 2⁸."""
 
@@ -364,7 +367,8 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     """Move an event at the fraction ``x`` of the step from the zero on the dense output to the zero on `state_in_step`.
 
     Newton's method uses the slope of the dense output. If the slope is useless, in a grazing pass, ``x`` stays. The
-    sign has changed at the result, so that a run that starts again there does not find the event once more.
+    sign has changed at the result, so that a run that starts again there does not find the event once more. Return -1
+    if the states have no zero near ``x``.
     """
     d = lesser(1e-4, lesser(x, 1.0 - x))
     if d <= 0.0:
@@ -385,7 +389,7 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
             return best
         if k < 6 and abs(shift) > width:
             if abs(best + shift - x) > 0.02:
-                return x
+                return -1.0
             best = lesser(1.0, greater(0.0, best + shift + width / 4.0))  # just beyond the zero
         else:
             best = lesser(1.0, best + width)
@@ -394,7 +398,7 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
 
 
 @part
-def log_events(run: Run, count: int) -> float:
+def log_events(run: Run, count: int, rejects: int) -> float:
     """Copy the events of a step to the log, up to the first terminal event.
 
     Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
@@ -402,11 +406,18 @@ def log_events(run: Run, count: int) -> float:
     started again from it. One that is guarded and happens after it stops the run a moment later: else what it tells,
     such as other features of a patch, would be passed over. Where a function loses its value, the step stops as at a
     terminal event.
+
+    If ``rejects`` is 1, return `TOO_LONG` if the step is: the states have no zero where the dense output has one of a
+    guarded function, or the iteration of the method does not converge for the shorter step to an event.
     """
     search, t, h = run.search, run.t, run.h
     for k in range(count):
         e, sign = search.zero_number[k], search.zero_sign[k]
         x = refined_event(run, e, sign, search.zero_x[k])
+        if x < 0.0:
+            x = search.zero_x[k]
+            if rejects != 0 and e >= search.count - search.guarded and abs(h) > BRIEF * greater(1.0, abs(t)):
+                return TOO_LONG
         if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
             x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))
         insert_event(run, k, x, e, sign)
@@ -421,6 +432,8 @@ def log_events(run: Run, count: int) -> float:
         elif x != 1.0:
             state_in_step(run, x)
             moment, state = t + x * h, run.point
+            if rejects != 0 and not are_finite(state, run.n):
+                return TOO_LONG
         place, e = run.events, search.zero_number[k]
         search.log_times[place], search.log_numbers[place] = moment, e
         search.log_signs[place] = search.zero_sign[k]

@@ -46,7 +46,7 @@ from ...native.instructions import (
     where,
 )
 from . import event_search, states
-from .event_search import MOST, find_events, log_events
+from .event_search import MOST, TOO_LONG, find_events, log_events
 from .layout import (
     COLLAPSED,
     DIVERGED,
@@ -304,10 +304,11 @@ def follow_events(run: Run) -> int:
     """Find and log the events of an accepted step, or, if its search has begun, of what is left of it.
 
     If the log is full, the search goes on at the next call, and ``seen`` is below 1 until then. Return RUNNING,
-    TERMINAL, UNDEFINED or UNRESOLVED.
+    TERMINAL, UNDEFINED, UNRESOLVED, or DIVERGED: the step is to be a shorter one.
     """
-    search, status = run.search, RUNNING
+    search, status, logged = run.search, RUNNING, -1
     if search.seen == 1.0:
+        logged = run.events
         if method.densify is not None:
             method.densify(run)
         if method.expect is not None:
@@ -317,7 +318,10 @@ def follow_events(run: Run) -> int:
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first = False
-        stop = log_events(run, find_events(run))
+        stop = log_events(run, find_events(run), 1 if logged >= 0 and run.fixed == 0 else 0)
+        if stop == TOO_LONG:
+            run.events, search.seen = logged, 1.0
+            return DIVERGED
         if stop >= 0.0:
             status = TERMINAL
             if stop == search.reach:
@@ -346,8 +350,7 @@ def pass_step(run: Run, good: Truth) -> None:
 def accept(run: Run) -> int:
     """Take a step, whose start goes to the buffers, or go on with its events.
 
-    If the log of events is full, the step is taken at the next call. Return RUNNING, FINISHED, TERMINAL, STIFF,
-    UNDEFINED or UNRESOLVED.
+    If the log of events is full, the step is taken at the next call. A step too long for its events is rejected. Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
     """
     search, status = run.search, RUNNING
     if search.seen == 1.0:
@@ -362,6 +365,11 @@ def accept(run: Run) -> int:
         stop = follow_events(run)
         if search.seen < 1.0:
             return RUNNING
+        if stop == DIVERGED:
+            run.error = math.nan
+            if method.prepare is not None:
+                method.prepare(run, True)
+            return look(run)
         if stop != RUNNING:
             status, run.last = stop, 0
     k = run.accepted
@@ -393,6 +401,7 @@ def advance(run: Run) -> int:
             good = run.error <= 1.0
             if good:
                 status = accept(run)
+                good = run.error <= 1.0
             if (method.length is None or not good) and status == RUNNING and run.search.seen == 1.0:
                 status = change_length(run, run.error, good)
     k = run.accepted
