@@ -173,9 +173,6 @@ class _Following:
     def check_modes(self, phase: Phase, moment: Moment, t: float) -> None:
         """Raise for modes whose derivatives indeterminate forces decide."""
         slopes = self.slopes
-        shared = any(entry.kind == event_run.NOTE and entry.marks[1] for entry in moment.entries)
-        if shared and any(mode.startswith("slip") for mode in phase.modes):
-            raise refused(slopes, t, "equal compliance shares the forces of contacts that slip")
         for k, mode in enumerate(phase.modes):
             if mode.startswith(LIMIT):
                 what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
@@ -216,8 +213,10 @@ class _Following:
             if entry.kind == event_run.IMPACT:
                 at = 4 + 2 * (self.moved + 2)
                 for k in entry.marks[2:]:
-                    approaches = entry.numbers[at] < -entry.numbers[3]
-                    if was_open[k] and approaches:
+                    approaches, own = entry.numbers[at] < -entry.numbers[3], self.scene.presser[k] < 0
+                    if not own:
+                        pass  # it closes with its contact
+                    elif was_open[k] and approaches:
                         result.setdefault(k, event_run.GAP_CLOSED)
                     elif was_open[k]:
                         others.add(k)
@@ -235,6 +234,8 @@ class _Following:
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
         """Return True if the mode of a contact ends by a function of its own."""
+        if self.scene.presser[k] >= 0 and why in (event_run.GAP_CLOSED, event_run.NORMAL_ZERO, *ENDS_OF_SIDES):
+            return False
         if why == event_run.GAP_CLOSED:
             return last is not None and was_open
         has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
@@ -320,7 +321,7 @@ class _Following:
         ]  # fmt: skip
         if not taken:
             return sigma
-        closed = [k for k in hit.chosen if phase.modes[k] != "open"]
+        closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
         if straight:
             raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
         change = y.copy()

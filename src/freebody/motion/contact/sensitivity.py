@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
@@ -37,11 +37,6 @@ from .derivatives import Followed, follow
 from .motion import touching_motion_of
 from .slopes import NoDerivativesError, Slopes
 
-SPECIAL: dict[str, Callable[[Any], bool]] = {
-    "resistance to rolling or spinning": lambda contact: bool(contact.presser),
-    "friction under the load of a joint": lambda contact: contact.loaded,
-}
-"""What a contact may have that the derivatives lack."""
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
 
@@ -59,14 +54,6 @@ def has_events(request: Request) -> bool:
 def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
     model = request.model
-    for contact in model.contacts:
-        what = next((text for text, has in SPECIAL.items() if has(contact)), "")
-        if what:
-            name = contact.owner if contact.presser else contact.name
-            raise NoDerivativesError(
-                "Expected rigid contacts with friction and restitution alone for sensitivities=, but contact "
-                f"'{name}' has {what}. {CURE_OF_MACHINES}"
-            )
     if model.patches:
         raise NoDerivativesError(
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
