@@ -250,10 +250,10 @@ class _Following:
         ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
         result = []
         for k, why in events.items():
-            if why in (event_run.NORMAL_ZERO, event_run.CONE_REACHED) and phase.spare:
-                name = slopes.model.contacts[k].name
-                raise refused(slopes, t, f"the force that ends the mode of contact '{name}' is indeterminate")
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
+            if np.isnan(rate):
+                name = slopes.model.contacts[k].name
+                raise refused(slopes, t, f"contacts without load share the force that ends the mode of '{name}'")
             self.check_passing(last, k, why, rate)
             along = np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways])
             result.append(shifts - along / rate)

@@ -10,9 +10,11 @@ spinning has N + A of its contact.
 
 These are the equations of the phase (`closed_contacts`) with other right-hand sides: one solution of them more for each
 direction, with the same factors. Dependent conditions follow from the independent ones as long as the direction keeps
-to all of them. Where these share the forces that bound a slip, λ = G w with M w = G_aᵀ ν over independent rows, and
+to all of them. Where they share their forces, λ = W G w with M w = G_aᵀ ν over independent rows, and
 
-    dλ = dG w + G dw,      M dw = -dM w + dG_aᵀ ν + G_aᵀ dν
+    dλ = dW G w + W (dG w + G dw),      M dw = -dM w + dG_aᵀ ν + G_aᵀ dν
+
+with W = 1, and then, if nothing slips, W = N of these first forces for friction (`closed_contacts`).
 
 The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP is found as P is
 (`bearings`), by passes from 0, which contract as those do.
@@ -146,34 +148,6 @@ def rubbed(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, change: float) 
 
 
 @compiled
-def lean(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
-    """Set ``shares`` to dG w + G M⁻¹ (-dM w + dG_aᵀ ν) of all conditions, whose forces λ = G w are shared."""
-    n, z, spare = it.n, it.z, phase.step
-    for i in range(phase.conditions):
-        phase.right[i] = condition_force(phase, i)
-    independent(phase, phase.independent, phase.active, 0)
-    for p in range(n):
-        spare[p] = 0.0
-    for i in range(phase.conditions):
-        for p in range(n):
-            spare[p] += phase.lam[i] * phase.G[i, p]
-    moved(phase, spare, it.udot)
-    for p in range(n):
-        it.w[p] = it.udot[p]
-    it.machine(t, it.given, it.machine_c, it.q_dot)
-    for p in range(n):
-        z[p] = -it.inertia[phase.order[p]]
-    for i in range(phase.conditions):
-        if phase.source[i] >= 0:
-            load_along(it, phase, z, phase.first[phase.source[i]] + phase.row_of[i], phase.lam[i])
-    forwarded(phase, z)
-    for i in range(phase.conditions):
-        it.shares[i] = product(phase.G[i], z, n)
-        if phase.source[i] >= 0:
-            it.shares[i] += row_change(it, phase, phase.first[phase.source[i]] + phase.row_of[i], it.udot)
-
-
-@compiled
 def condition_force(phase: PhaseData, i: int) -> float:
     """Return λ of a condition of a phase that is solved."""
     k = phase.source[i]
@@ -183,41 +157,126 @@ def condition_force(phase: PhaseData, i: int) -> float:
 
 
 @compiled
-def shared_change(it: PhaseSlopes, phase: PhaseData) -> None:
+def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Reals) -> None:
+    """Set ``shares`` to W (dG w + G M⁻¹ (-dM w + dG_aᵀ ν)) of all conditions, whose forces W G w are shared."""
+    n, z, w = it.n, it.z, phase.step
+    for i in range(phase.conditions):
+        phase.right[i] = forces[i] / phase.weight[i]
+    independent(phase, phase.independent, phase.active, 0)
+    for p in range(n):
+        w[p] = 0.0
+    for i in range(phase.conditions):
+        G = phase.G[i]
+        for p in range(n):
+            w[p] += phase.lam[i] * G[p]
+    moved(phase, w, it.udot)
+    for p in range(n):
+        it.w[p] = it.udot[p]
+    it.machine(t, it.given, it.machine_c, it.q_dot)
+    for p in range(n):
+        z[p] = -it.inertia[phase.order[p]]
+    for i in range(phase.conditions):
+        load_along(it, phase, z, phase.first[phase.source[i]] + phase.row_of[i], phase.lam[i])
+    forwarded(phase, z)
+    for i in range(phase.conditions):
+        own = row_change(it, phase, phase.first[phase.source[i]] + phase.row_of[i], it.udot)
+        shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
+
+
+@compiled
+def first_shares(it: PhaseSlopes, phase: PhaseData) -> int:
+    """Set ``firsts`` to the forces of equal compliance with W = 1, and ``weights`` to the last W; return 0 if a
+    contact without load has none, else 1.
+    """
+    good = 1
+    for i in range(phase.conditions):
+        it.weights[i] = phase.weight[i]
+        if not phase.weight[i] > 0.0:
+            good = 0
+    for i in range(phase.conditions):
+        phase.weight[i] = 1.0
+    for a in range(phase.active):
+        total = 0.0
+        for i in range(phase.conditions):
+            total += phase.S[i, a] * condition_force(phase, i)
+        phase.right[phase.independent[a]] = total
+    weighted(phase)
+    for i in range(phase.conditions):
+        it.firsts[i] = phase.lam[i]
+    return good
+
+
+@compiled
+def set_weights(phase: PhaseData, weights: Reals) -> None:
+    """Set W."""
+    for i in range(phase.conditions):
+        phase.weight[i] = weights[i]
+
+
+@compiled
+def shared_change(it: PhaseSlopes, phase: PhaseData, shares: Reals) -> None:
     """Set λ of all conditions to the derivatives of forces of equal compliance for ``right``."""
     for a in range(phase.active):
         for i in range(phase.conditions):
-            phase.right[phase.independent[a]] -= phase.S[i, a] * it.shares[i]
+            phase.right[phase.independent[a]] -= phase.S[i, a] * shares[i]
     weighted(phase)
     for i in range(phase.conditions):
-        phase.lam[i] += it.shares[i]
+        phase.lam[i] += shares[i]
+
+
+@compiled
+def sharing_of(t: float, it: PhaseSlopes, phase: PhaseData) -> int:
+    """Prepare the derivatives of shared forces; return 0 if there are none, 1 if W = 1, 2 if it is that of friction."""
+    if phase.conditions == phase.active:
+        return 0
+    for i in range(phase.conditions):
+        it.forces[i] = condition_force(phase, i)
+    if phase.slipping != 0:
+        lean(t, it, phase, it.forces, it.shares)
+        return 1
+    if first_shares(it, phase) == 0:
+        set_weights(phase, it.weights)
+        return -1
+    lean(t, it, phase, it.firsts, it.first_leans)
+    set_weights(phase, it.weights)
+    lean(t, it, phase, it.forces, it.shares)
+    return 2
 
 
 @compiled
 def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
-    """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved."""
-    n, sharing = it.n, 1 if phase.conditions > phase.active and phase.slipping != 0 else 0
+    """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved.
+
+    Forces are NAN where contacts without load share them.
+    """
     for i in range(phase.closed_count):
         k = phase.closed[i]
         call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
-    if sharing != 0:
-        lean(t, it, phase)
-        for p in range(n):
-            it.w[p] = phase.udot[p]
+    sharing = sharing_of(t, it, phase)
+    for p in range(it.n):
+        it.w[p] = phase.udot[p]
     it.machine(t, it.given, it.machine_c, it.q_dot)
     for k in range(it.contacts):
         it.pressure[k] = 0.0
     balanced(it, phase, sharing)
-    if phase.loaded_count == 0:
-        return
+    if phase.loaded_count > 0 and borne(t, it, phase, sharing) == 0:
+        it.udot[0] = NAN
+    if sharing < 0:
+        for r in range(it.rows):
+            it.force[r] = NAN
+
+
+@compiled
+def borne(t: float, it: PhaseSlopes, phase: PhaseData, sharing: int) -> int:
+    """Find the derivatives of the loads of joints; return 0 if the passes do not come to them, else 1."""
     last = 1.0
     for _ in range(PASSES):
         change = bear_along(t, it, phase)
         if change <= SAME or NEARLY >= change >= last:
-            return
+            return 1
         balanced(it, phase, sharing)
         last = change
-    it.udot[0] = NAN
+    return 0
 
 
 @compiled
@@ -253,27 +312,28 @@ def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
 @compiled
 def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
     """Set ``udot`` and ``force`` for the present derivatives of loads."""
-    n, z = it.n, it.z
-    for p in range(n):
-        i = phase.order[p]
-        z[p] = -(it.bias[i] + it.inertia[i])
-    for i in range(phase.closed_count):
-        k = phase.closed[i]
-        F = force_of(phase, k)
-        for j in range(1 + phase.tangents[k]):
-            load_along(it, phase, z, phase.first[k] + j, F[j])
-    for r in range(it.rows):
-        it.force[r] = 0.0
-    turn_friction(it, phase)
-    push_along(it, phase)
-    forwarded(phase, z)
-    for i in range(phase.conditions):
-        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
-        phase.right[i] = -(change + product(phase.G[i], z, n))
-    if sharing != 0:
-        shared_change(it, phase)
-    elif phase.active > 0:
-        independent(phase, phase.independent, phase.active, phase.slipping)
+    n, z, weight = it.n, it.z, phase.weight
+    if sharing == 2:
+        for i in range(phase.conditions):
+            weight[i] = 1.0
+        goals(it, phase, 1)
+        shared_change(it, phase, it.first_leans)
+        for i in range(phase.conditions):
+            k, change = phase.source[i], 0.0
+            if phase.normal_of[i] >= 0:
+                change = phase.lam[phase.normal_of[i]]
+            elif phase.held[k] != 0:
+                change = given_change(it, phase, k)
+            it.turns[i] = it.shares[i] + change * it.forces[i] / it.weights[i]
+        set_weights(phase, it.weights)
+        goals(it, phase, 0)
+        shared_change(it, phase, it.turns)
+    else:
+        goals(it, phase, 0)
+        if sharing == 1:
+            shared_change(it, phase, it.shares)
+        elif phase.active > 0:
+            independent(phase, phase.independent, phase.active, phase.slipping)
     for i in range(phase.conditions):
         K = force_row(phase, i)
         for p in range(n):
@@ -291,6 +351,31 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
                 rubbed(it, phase, r, phase.pushed[r], x)
             r += 1
     moved(phase, z, it.udot)
+
+
+@compiled
+def goals(it: PhaseSlopes, phase: PhaseData, first: int) -> None:
+    """Set ``right`` of all conditions, and z, for the forces of the phase, or those of the ``first`` shares (1)."""
+    n, z = it.n, it.z
+    for p in range(n):
+        i = phase.order[p]
+        z[p] = -(it.bias[i] + it.inertia[i])
+    for i in range(phase.closed_count):
+        k = phase.closed[i]
+        F = force_of(phase, k)
+        for j in range(1 + phase.tangents[k]):
+            load_along(it, phase, z, phase.first[k] + j, F[j])
+    for i in range(phase.conditions if first != 0 else 0):
+        r = phase.first[phase.source[i]] + phase.row_of[i]
+        load_along(it, phase, z, r, it.firsts[i] - it.forces[i])
+    for r in range(it.rows):
+        it.force[r] = 0.0
+    turn_friction(it, phase)
+    push_along(it, phase)
+    forwarded(phase, z)
+    for i in range(phase.conditions):
+        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
+        phase.right[i] = -(change + product(phase.G[i], z, n))
 
 
 @compiled

@@ -26,7 +26,8 @@ class PhaseSlopes(Record):
     ``touch``                   outputs of the contacts, at the places of those of their own kernels
     ``udot``, ``force``         derivatives of the accelerations and of the contact forces
     ``z``                       numbers for each speed
-    ``shares``                  what forces that conditions share change at once, of each condition
+    ``forces``, ``firsts``      λ of each condition, and those that W = 1 gives; ``weights``: the last W
+    ``shares``, ``first_leans``, ``turns``    what these change at once, and with W
     ``pressure``                derivatives of the loads of joints, of each contact
     ``bearings``, ``bearing``   kernel of `bearing_slopes`, and its outputs; its inputs ``borne``: (q, u), accelerations
                                 and forces, the direction, and their derivatives ``ways``
@@ -59,7 +60,12 @@ class PhaseSlopes(Record):
     udot: Annotated[Row, "n"]
     force: Annotated[Row, "rows"]
     z: Annotated[Row, "n"]
+    forces: Annotated[Row, "conditions"]
+    firsts: Annotated[Row, "conditions"]
+    weights: Annotated[Row, "conditions"]
     shares: Annotated[Row, "conditions"]
+    first_leans: Annotated[Row, "conditions"]
+    turns: Annotated[Row, "conditions"]
     pressure: Annotated[Row, "contacts"]
     borne: Annotated[Row, "of_borne"]
     ways: Row
