@@ -20,9 +20,9 @@ from ..legs.sensitivity import (
     Sensitivity,
     check_sensitive,
     check_unswitched,
-    refuse_jumps,
     slopes_of,
 )
+from ..legs.switch_slopes import switching_laws
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
@@ -94,28 +94,16 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     first = start_slopes(
         kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
     )
-    slopes = Slopes(kernels, unknowns, numbers)
+    slopes, variation = Slopes(kernels, unknowns, numbers), Variation(kernels, unknowns)
     with problem.progress() as between:
         trajectory, history = touching_motion_of(problem, between)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
-        followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
-    variation = Variation(kernels, unknowns)
-    for segment in followed.path.segments:
-        n = slopes.moved
-        path = segment.path
-        s = path.states[:, n + 2 :].reshape(len(path.times), len(unknowns), n)
-        refuse_jumps(variation, slopes.parameters, path.times, _widened(kernels, path.states[:, :n], s))
+        laws = switching_laws(variation, slopes.parameters)
+        followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
     course = cast(Touching, trajectory.course)
     trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))
     return trajectory
-
-
-def _widened(kernels: Any, y: Array, s: Array) -> Array:
-    """Return states and their derivatives as the programs of a smooth motion have them, where work may follow u."""
-    if kernels.works:
-        y, s = np.pad(y, ((0, 0), (0, 1))), np.pad(s, ((0, 0), (0, 0), (0, 1)))
-    return np.hstack([y, s.reshape(len(y), -1)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,10 +26,10 @@ from ...errors import SimulationError, nearest
 from ...model import Model
 from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
-from ..ending import FAILED
+from ..ending import FAILED, End
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
-from ..ode.dense_output import observe
+from ..ode.dense_output import Path, observe
 from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
@@ -40,10 +40,12 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
 from ..trajectory.in_legs import InLegs
 from ..trajectory.outputs import outputs_of
+from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
 from .number_derivatives import NumberDerivatives
+from .switch_slopes import SwitchingLaws, check_others, passed, switching_laws
 from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
@@ -127,38 +129,48 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
+    laws = switching_laws(variation, parameters)
+    watch = watching(kernels, parameters, p.specs, p.expressions)
+    if laws is not None:
+        check_others(laws, -1, begin, y, y[n:].reshape(k, n), _rates(rates, begin, y, n))
+        watch = variation.watching(p.specs, p.expressions, parameters)
     way = Integration(
-        rates, relative, watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
+        rates, relative, watch, method=method, step=request.step,
         max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2),
     )  # fmt: skip
-    path = way.path(y, begin, p.end, absolute, between)
-    refuse_jumps(variation, parameters, path.times, path.states)
+    paths = [way.path(y, begin, p.end, absolute, between)]
+    if laws is not None:
+        _go_on(way, laws, paths, problem, absolute, between, n)
+    path = paths[0] if len(paths) == 1 else Phases([Segment(part, kernels) for part in paths], paths[-1].status)
     return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
-def refuse_jumps(variation: Variation, parameters: Array, times: Array, states: Array) -> None:
-    """Refuse a run in which the rates jump at a time that moves with the unknowns.
+def _go_on(
+    way: Integration, laws: SwitchingLaws, paths: list[Path], p: Problem, absolute: Array, between: Progress, n: int
+) -> None:
+    """Append the legs of a run that go on after a law has switched, with the jump of the derivatives."""
+    count, t, y = len(p.specs), paths[0].start, paths[0].states[0]
+    at_start = laws.at(t, y)
+    rising = at_start[:, 1] + at_start[:, 2 : 2 + laws.moved] @ _rates(way.rates, t, y, n)[: laws.moved]
+    sides = np.where(at_start[:, 0] != 0, np.sign(at_start[:, 0]), -np.sign(rising))
+    while paths[-1].status == End.TERMINAL and paths[-1].crossings[-1].number >= count:
+        last = paths[-1]
+        law, side, t, y = last.crossings[-1].number - count, last.crossings[-1].sign, last.end, last.states[-1].copy()
+        last.crossings = tuple(x for x in last.crossings if x.number < count)
+        if side == -sides[law]:
+            s = y[n:].reshape(-1, n)
+            tau, jump, beyond = passed(laws, law, (t, y, s, side), lambda t, y: _rates(way.rates, t, y, n))
+            y = beyond
+            for j, one in enumerate(tau):
+                y[n * (1 + j) : n * (1 + j) + laws.moved] += jump * one
+            sides[law] = side
+        paths.append(way.path(y, t, p.end, absolute, between))
 
-    There the derivatives jump by (f₋ - f₊) dt/dp, dt/dp = -De/e', which the variational equations of one side lack.
-    """
-    switches = variation.switches()
-    if switches is None:
-        return
-    program, texts = switches
-    constants = program.constants(parameters)
-    found = observe(program.address("switches"), program.outputs("switches"), times, states, constants)
-    columns = found.reshape(len(times), len(texts), -1)
-    e, jump = columns[:, :, 0], columns[:, :, -1]
-    moves = np.abs(columns[:, :, 1:-1]).max(axis=2) > 0
-    passed = (e[:-1] * e[1:] < 0) & ((jump[:-1] > 0) | (jump[1:] > 0)) & (moves[:-1] | moves[1:])
-    rows, laws = np.nonzero(passed)
-    if rows.size:
-        raise SimulationError(
-            f"The rates jump where {texts[laws[0]]} passes zero, between t = {times[rows[0]]:.6g} and "
-            f"{times[rows[0] + 1]:.6g} s, and this time moves with the unknowns of sensitivities=, whose "
-            "derivatives jump with it. End the run before, make the law continuous, such as tanh(x/w) for sign(x), or "
-            "take differences of runs with values= that differ."
-        )
+
+def _rates(rates: Any, t: float, y: Array, n: int) -> Array:
+    """Return y' of a state with its derivatives, of the state alone."""
+    state = np.ascontiguousarray(y, dtype=float)
+    return observe(rates.address, rates.size, np.array([t]), state[None], rates.constants)[0, :n]
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,8 @@ from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
 from ..kernels.program import Program
-from ..ode.dense_output import Rates
+from ..kernels.switches import value_of
+from ..ode.dense_output import Rates, Watch
 from ..trajectory.outputs import OfReaction
 
 Array = NDArray[np.float64]
@@ -216,19 +217,21 @@ class Variation:
     def switches(self) -> tuple[Program, tuple[str, ...]] | None:
         """Return the function ``switches`` and the texts of e for each jump of the rates where e passes zero, sign(e).
 
-        The function gives e, its derivatives by the unknowns, De, and Σ |∂u'/∂sign(e)| for each; None if there is no
-        jump.
+        The function gives e, its derivatives by t, by (q, u) and by the unknowns, and Σ |∂u'/∂sign(e)| for each; None
+        if there is no jump.
         """
         operations = self.kernels.operations
         if operations is not None and "sign" not in operations:
             return None
-        programs, model = self.kernels.programs, self.kernels.model
         names = tuple(unknown.name for unknown in self.unknowns)
-        key, texts_key = ("switches", names), f"switches {names}"
-        if key not in programs:
-            tape, state, y, rows, parameters = self._traced()
-            udot, texts = motion(model, state, self.kernels.active).udot, []
-            functions: list[Scalar] = []
+        texts_key = f"switches {names}"
+        model, texts = self.kernels.model, list[str]()
+
+        def functions(state: State) -> dict[str, list[Scalar]]:
+            tape, result = state.field, list[Scalar]()
+            assert isinstance(tape, Tape)
+            udot = motion(model, state, self.kernels.active).udot
+            by = [state.t, *state.q, *state.u, *(state.values[x.symbol] for x in self.unknowns if x.symbol is not None)]
             for i in tape.used(udot):
                 if tape.op[i] != CODES["sign"]:
                     continue
@@ -236,14 +239,37 @@ class Variation:
                 jump: Scalar = 0
                 for slope in forward(tape, udot, [sign], [1]):
                     jump = jump + (tape.apply("abs", slope) if isinstance(slope, Traced) else abs(slope))
-                functions += [e, *(row[0] for row in self._along(tape, state, y, rows, [e])), jump]
+                gradient = list(reverse(tape, e, by))
+                of_state, rest = gradient[: 1 + model.n_q + model.n_u], gradient[1 + model.n_q + model.n_u :]
+                of_unknowns = [0 if x.symbol is None else rest.pop(0) for x in self.unknowns]
+                result += [e, *of_state, *of_unknowns, jump]
                 texts.append(str(tape.to_sympy(e)))
-            inputs = [*y, *(x for row in rows for x in row)]
-            compiled = compile_tape(tape, {"switches": functions}, state.t, inputs, parameters)
-            programs[key] = Program(compiled)
-            self.kernels.cache[texts_key] = tuple(texts)
+            return {"switches": result}
+
+        program = self.kernels.program(("switches", names), functions)
+        self.kernels.cache.setdefault(texts_key, tuple(texts))
         texts_of_e: tuple[str, ...] = self.kernels.cache[texts_key]
-        return (programs[key], texts_of_e) if texts_of_e else None
+        return (program, texts_of_e) if texts_of_e else None
+
+    def watching(self, specs: Sequence[Any], expressions: Sequence[Any], parameters: Array) -> Watch:
+        """Return the events of the user, and after them those at which a law switches, which end a leg."""
+        model = self.kernels.model
+
+        def functions(state: State) -> dict[str, list[Scalar]]:
+            tape = state.field
+            assert isinstance(tape, Tape)
+            values = [value_of(state, x) for x in expressions]
+            udot = motion(model, state, self.kernels.active).udot
+            signs = [i for i in tape.used(udot) if tape.op[i] == CODES["sign"]]
+            return {"values": [*values, *(tape.scalar(tape.a[i]) for i in signs)]}
+
+        program = self.kernels.program(("watched with switches", tuple(expressions)), functions)
+        count = program.outputs("values") - len(specs)
+        directions, terminal = [spec.direction for spec in specs], [spec.terminal for spec in specs]
+        return Watch(
+            program.address("values"), (*directions, *[0] * count), (*terminal, *[True] * count),
+            program.constants(parameters), program,
+        )  # fmt: skip
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""
@@ -264,7 +290,7 @@ class Variation:
             force, moment = all_reactions(model, state, moving)[quantity.joint]
             return quantity.of(force if quantity.what == "force" else moment, state.field.sqrt)
         if not isinstance(quantity, str):
-            return state(quantity)
+            return value_of(state, quantity)
         if quantity == "work":
             return y[-1] if self.kernels.works else 0
         if quantity == "work_rate":
