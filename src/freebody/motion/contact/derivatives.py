@@ -15,7 +15,7 @@ import numpy as np
 
 from ..events import event_run
 from ..kernels.switches import Switch as LoadSwitch
-from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps
+from ..legs.switch_slopes import SwitchingLaws, check_others, least_rate, refuse_jumps
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.scene import LIMIT, Phase
@@ -93,7 +93,12 @@ def follow(
 
 class _Following:
     def __init__(
-        self, slopes: Slopes, history: History, problem: Problem, between: Progress, laws: SwitchingLaws | None
+        self,
+        slopes: Slopes,
+        history: History,
+        problem: Problem,
+        between: Progress,
+        laws: SwitchingLaws | None,
     ) -> None:
         self.laws = laws
         self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
@@ -138,7 +143,14 @@ class _Following:
             return result
         if begins:
             s = self.first.reshape(len(self.slopes.unknowns), -1)
-            check_others(laws, -1, path.start, path.states[0], s, self.slopes.velocity(segment.kernels, path.start, path.states[0]))
+            check_others(
+                laws,
+                -1,
+                path.start,
+                path.states[0],
+                s,
+                self.slopes.velocity(segment.kernels, path.start, path.states[0]),
+            )
         for crossing in path.crossings:
             if not isinstance(self.problem.specs[crossing.number].expression, LoadSwitch):
                 continue
@@ -152,7 +164,8 @@ class _Following:
                     raise refused(self.slopes, crossing.time, what)
                 continue
             if all(crossing.time != other.time for other in result):
-                result.append(Switch(crossing.time, state, law, crossing.sign))
+                least = least_rate(laws, law, path.times, path.states, self.tolerance)
+                result.append(Switch(crossing.time, state, law, crossing.sign, least))
         return result
 
     def refuse_jumps(self, piece: VariationalPath, switches: list[Switch]) -> None:
@@ -286,7 +299,11 @@ class _Following:
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
         """Return True if the mode of a contact ends by a function of its own."""
-        if self.scene.presser[k] >= 0 and why in (event_run.GAP_CLOSED, event_run.NORMAL_ZERO, *ENDS_OF_SIDES):
+        if self.scene.presser[k] >= 0 and why in (
+            event_run.GAP_CLOSED,
+            event_run.NORMAL_ZERO,
+            *ENDS_OF_SIDES,
+        ):
             return False
         if why == event_run.GAP_CLOSED:
             return last is not None and was_open
@@ -305,7 +322,9 @@ class _Following:
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
             if np.isnan(rate):
                 name = slopes.model.contacts[k].name
-                raise refused(slopes, t, f"contacts without load share the force that ends the mode of '{name}'")
+                raise refused(
+                    slopes, t, f"contacts without load share the force that ends the mode of '{name}'"
+                )
             self.check_passing(last, k, why, rate)
             along = np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways])
             result.append(shifts - along / rate)

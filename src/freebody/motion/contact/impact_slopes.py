@@ -104,7 +104,9 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
             what = f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on its slip"
             raise refused(slopes, hit.t, what)
         if contacts[k].loaded:
-            what = f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
+            what = (
+                f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
+            )
             raise refused(slopes, hit.t, what)
     given, middle = compression(slopes, hit, seen), hit.before.copy()
     middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
@@ -258,7 +260,7 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
     if presser >= 0:
         N = float(hit.impulses[scene.first[presser]])
         law = Law(k, None, [], presser, 0.0, 0.0, 0.0, N, 0.0, 0, None, None)
-        return _with_friction(slopes, hit, k, seen, law) if hit.taken or N > none else None
+        return _with_friction(slopes, hit, k, seen, law) if hit.taken or none < N else None
     at, still = scene.first[k], SLOW * hit.still
     e, part = (0.0, 0.0) if hit.taken else (hit.part * float(before.restitution[k]), hit.part)
     speed, N, least, grown = float(before.rate[at]), float(hit.impulses[at]), 0.0, None
@@ -274,7 +276,9 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         return None
     if presses and hit.compressed is not None:
         e, part, grown = 0.0, 0.0, None
-    return _with_friction(slopes, hit, k, seen, Law(k, at, [], k, e, part, speed, N, 0.0, 0, None, None, grown))
+    return _with_friction(
+        slopes, hit, k, seen, Law(k, at, [], k, e, part, speed, N, 0.0, 0, None, None, grown)
+    )
 
 
 def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:

@@ -57,7 +57,9 @@ class _Bearing:
         jump = (hit.after - hit.before)[n_q : self.moved]
         self.acting, self.still = np.concatenate([jump, hit.impulses]), np.zeros(n + rows)
         zero = np.zeros(self.moved + 1 + len(slopes.symbols))
-        self.forces = self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
+        self.forces = (
+            self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
+        )
         self.lever = self._outputs(self.still, zero, self.still)[0][0]
 
     @property
@@ -95,5 +97,7 @@ class _Bearing:
         program = bearing_slopes(slopes.scene.candidates, slopes.symbols)
         given = np.concatenate([self.hit.before[: self.moved], acting, direction, change])
         constants = program.constants(slopes.parameters)
-        found = outputs_at(program.address("bearings"), program.outputs("bearings"), self.hit.t, given, constants)
+        found = outputs_at(
+            program.address("bearings"), program.outputs("bearings"), self.hit.t, given, constants
+        )
         return found[at : at + LOADED], found[at + LOADED : at + 2 * LOADED]

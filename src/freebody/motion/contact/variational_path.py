@@ -90,12 +90,15 @@ class VariationalPath:
 
 
 class Switch(NamedTuple):
-    """A switch of a load in a phase: its time, the state there, the number of its law, and the sign that e takes."""
+    """A switch of a load in a phase: its time, the state there, the number of its law, the sign that e takes, and the
+    rate of e up to which it only touches zero.
+    """
 
     time: float
     state: Array
     law: int
     side: int
+    least: float
 
 
 def pieces(
@@ -140,13 +143,11 @@ def _switched(
     slopes: Slopes, phase: Phase, laws: SwitchingLaws, switch: Switch, r: Array, shifts: Array
 ) -> tuple[Array, Array, Array]:
     """Return the state beyond a switch, the jump of the rates, and the derivatives of its time."""
-
-    def rates(t: float, y: Array) -> Array:
-        return slopes.velocity(phase, t, y)
-
-    s = r - np.outer(shifts, rates(*laws.beside(switch.law, switch.time, switch.state, -switch.side)))
-    tau, jump, y = passed(laws, switch.law, (switch.time, switch.state, s, switch.side), rates)
-    return y, jump, tau
+    before, after = (laws.beside(switch.law, switch.time, switch.state, x * switch.side) for x in (-1, 1))
+    f = [slopes.velocity(phase, *one) for one in (before, after)]
+    moment = switch.time, switch.state, r - np.outer(shifts, f[0]), switch.side
+    tau, jump = passed(laws, switch.law, moment, f, switch.least)
+    return after[1], jump, tau
 
 
 def straight_path(slopes: Slopes, segment: Segment, S: Array) -> VariationalPath:

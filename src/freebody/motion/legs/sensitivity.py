@@ -29,7 +29,7 @@ from ...scalar.expression import evaluate
 from ..ending import FAILED, End
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
-from ..ode.dense_output import Path, observe
+from ..ode.dense_output import Path, Rates, observe
 from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
@@ -45,7 +45,8 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
 from .number_derivatives import NumberDerivatives
-from .switch_slopes import SwitchingLaws, check_others, passed, switching_laws
+from .sided_variation import SidedVariation
+from .switch_slopes import check_others, least_rate, passed, switching_laws
 from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
@@ -129,45 +130,77 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    laws = switching_laws(variation, parameters)
-    watch = watching(kernels, parameters, p.specs, p.expressions)
-    if laws is not None:
-        check_others(laws, -1, begin, y, y[n:].reshape(k, n), _rates(rates, begin, y, n))
-        watch = variation.watching(p.specs, p.expressions, parameters)
-    way = Integration(
-        rates, relative, watch, method=method, step=request.step,
-        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2),
-    )  # fmt: skip
-    paths = [way.path(y, begin, p.end, absolute, between)]
-    if laws is not None:
-        _go_on(way, laws, paths, problem, absolute, between, n)
-    path = paths[0] if len(paths) == 1 else Phases([Segment(part, kernels) for part in paths], paths[-1].status)
+    make = _Legs(problem, variation, parameters, method, between, absolute)
+    paths = make.paths(y, rates, relative)
+    path = (
+        paths[0] if len(paths) == 1 else Phases([Segment(part, kernels) for part in paths], paths[-1].status)
+    )
     return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
-def _go_on(
-    way: Integration, laws: SwitchingLaws, paths: list[Path], p: Problem, absolute: Array, between: Progress, n: int
-) -> None:
-    """Append the legs of a run that go on after a law has switched, with the jump of the derivatives."""
-    count, t, y = len(p.specs), paths[0].start, paths[0].states[0]
-    at_start = laws.at(t, y)
-    rising = at_start[:, 1] + at_start[:, 2 : 2 + laws.moved] @ _rates(way.rates, t, y, n)[: laws.moved]
-    sides = np.where(at_start[:, 0] != 0, np.sign(at_start[:, 0]), -np.sign(rising))
-    while paths[-1].status == End.TERMINAL and paths[-1].crossings[-1].number >= count:
-        last = paths[-1]
-        law, side, t, y = last.crossings[-1].number - count, last.crossings[-1].sign, last.end, last.states[-1].copy()
-        last.crossings = tuple(x for x in last.crossings if x.number < count)
-        if side == -sides[law]:
-            s = y[n:].reshape(-1, n)
-            tau, jump, beyond = passed(laws, law, (t, y, s, side), lambda t, y: _rates(way.rates, t, y, n))
-            y = beyond
-            for j, one in enumerate(tau):
-                y[n * (1 + j) : n * (1 + j) + laws.moved] += jump * one
-            sides[law] = side
-        paths.append(way.path(y, t, p.end, absolute, between))
+@dataclass(frozen=True, eq=False)
+class _Legs:
+    """The legs of a run with derivatives, between the switches of loads."""
+
+    problem: Problem
+    variation: Variation
+    parameters: Array
+    method: str
+    between: Progress
+    absolute: Array
+
+    def paths(self, y: Array, rates: Rates, relative: Array) -> list[Path]:
+        """Return the paths of all legs from a state with its derivatives; ``rates`` are those without switches."""
+        p, n = self.problem, self.problem.kernels.size
+        if switching_laws(self.variation, self.parameters) is None:
+            watch = watching(p.kernels, self.parameters, p.specs, p.expressions)
+            return [self.way(rates, watch, relative).path(y, p.begin, p.end, self.absolute, self.between)]
+        sided, t, paths = SidedVariation(p.kernels, self.variation.unknowns), p.begin, list[Path]()
+        signs = self.signs(sided, y)
+        while True:
+            constants, rates = sided.at(self.parameters, signs, self.method)
+            way = self.way(rates, sided.watching(p.specs, p.expressions, constants), relative)
+            paths.append(way.path(y, t, p.end, self.absolute, self.between))
+            last, count = paths[-1], len(p.specs)
+            found = last.crossings[-1] if last.status == End.TERMINAL else None
+            last.crossings = tuple(x for x in last.crossings if x.number < count)
+            if found is None or found.number < count:
+                return paths
+            law, side = found.number - count, found.sign
+            t, y = last.end, last.states[-1].copy()
+            if side == -signs[law]:
+                laws, before = sided.laws(constants), _rates(rates, t, y, n)
+                signs[law] = side
+                after = _rates(sided.at(self.parameters, signs, self.method)[1], t, y, n)
+                least = least_rate(laws, law, last.times, last.states, float(p.tolerances.max(initial=0.0)))
+                tau, jump = passed(laws, law, (t, y, y[n:].reshape(-1, n), side), (before, after), least)
+                for j, one in enumerate(tau):
+                    y[n * (1 + j) : n * (1 + j) + laws.moved] += jump * one
+
+    def way(self, rates: Rates, watch: Any, relative: Array) -> Integration:
+        """Return how a leg is integrated."""
+        request = self.problem.request
+        return Integration(
+            rates, relative, watch, method=self.method, step=request.step,
+            max_step=request.longest_step, max_steps=most_steps(request.max_steps, rates.size + 2),
+        )  # fmt: skip
+
+    def signs(self, sided: SidedVariation, y: Array) -> Array:
+        """Return the sign of each law at the start: that of e, or of its rate where e is zero."""
+        t, n = self.problem.begin, self.problem.kernels.size
+        count = len(switching_laws(self.variation, self.parameters).texts)
+        signs = np.ones(count)
+        for _ in range(2):  # an e that is zero has a rate, which may depend on other signs
+            constants, rates = sided.at(self.parameters, signs, self.method)
+            laws, f = sided.laws(constants), _rates(rates, t, y, n)
+            rows = laws.at(t, y)
+            speeds = rows[:, 1] + rows[:, 2 : 2 + laws.moved] @ f[: laws.moved]
+            signs = np.where(rows[:, 0] != 0, np.sign(rows[:, 0]), np.where(speeds < 0, -1.0, 1.0))
+        check_others(laws, -1, t, y, y[n:].reshape(-1, n), f)
+        return signs
 
 
-def _rates(rates: Any, t: float, y: Array, n: int) -> Array:
+def _rates(rates: Rates, t: float, y: Array, n: int) -> Array:
     """Return y' of a state with its derivatives, of the state alone."""
     state = np.ascontiguousarray(y, dtype=float)
     return observe(rates.address, rates.size, np.array([t]), state[None], rates.constants)[0, :n]

@@ -11,13 +11,17 @@ Source: M. A. Aizerman, F. R. Gantmakher, On the stability of periodic motions (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...dynamics import State
 from ...errors import SimulationError
+from ...scalar.algebra import Scalar
+from ...scalar.derivative import forward, reverse
+from ...scalar.trace import Tape, Traced
 from ..kernels.program import Program
 from ..ode.dense_output import Array, observe, outputs_at
 
@@ -32,18 +36,21 @@ class SwitchingLaws:
     """The laws of a machine that switch, at given values of the parameters.
 
     ``program``   function `switches` of (t, y): e, ∂e/∂t, ∂e/∂y, ∂e/∂p of each unknown, Σ |∂u'/∂sign(e)| of each law
-    ``texts``     e of each law
+    ``texts``     e of each law;  ``moved``, ``unknowns``: numbers of (q, u) and of unknowns
     """
 
     program: Program
     texts: tuple[str, ...]
     constants: Array
     moved: int
+    unknowns: int
 
     def at(self, t: float, y: Array) -> Array:
         """Return what the program gives at a state, one row for each law."""
         y = np.ascontiguousarray(y[: self.moved], dtype=float)
-        found = outputs_at(self.program.address("switches"), self.program.outputs("switches"), t, y, self.constants)
+        found = outputs_at(
+            self.program.address("switches"), self.program.outputs("switches"), t, y, self.constants
+        )
         return found.reshape(len(self.texts), -1)
 
     def along(self, times: Array, states: Array, slopes: Array) -> tuple[Array, Array, Array]:
@@ -73,12 +80,40 @@ class SwitchingLaws:
         return t, y
 
 
-def passed(
-    laws: SwitchingLaws, law: int, moment: tuple[float, Array, Array, float], rates: Callable[[float, Array], Array]
-) -> tuple[Array, Array, Array]:
-    """Return dt/dp, the jump f⁻ - f⁺ of the rates, and the state on the other side of a switch.
+def law_outputs(
+    tape: Tape,
+    state: State,
+    udot: Sequence[Scalar],
+    pairs: Sequence[tuple[Any, Any]],
+    unknowns: Sequence[Any],
+) -> list[Scalar]:
+    """Return e, ∂e/∂t, ∂e/∂(q, u), ∂e/∂p of each unknown, and Σ |∂u'/∂sign(e)|, of each (sign, e)."""
+    result = list[Scalar]()
+    symbols = [x.symbol for x in unknowns if x.symbol is not None]
+    by = [state.t, *state.q, *state.u, *(state.values[x] for x in symbols)]
+    count = len(by) - len(symbols)
+    for sign, e in pairs:
+        jump: Scalar = 0
+        for slope in forward(tape, udot, [sign], [1]):
+            jump = jump + (tape.apply("abs", slope) if isinstance(slope, Traced) else abs(slope))
+        gradient = list(reverse(tape, e, by))
+        rest = iter(gradient[count:])
+        of_unknowns = [0 if x.symbol is None else next(rest) for x in unknowns]
+        result += [e, *gradient[:count], *of_unknowns, jump]
+    return result
 
-    ``moment`` is the time, the state, the s_j and the sign that e takes; ``rates`` gives (q', u') at a state.
+
+def passed(
+    laws: SwitchingLaws,
+    law: int,
+    moment: tuple[float, Array, Array, float],
+    rates: Sequence[Array],
+    least: float,
+) -> tuple[Array, Array]:
+    """Return dt/dp, and the jump f⁻ - f⁺ of the rates, at a switch.
+
+    ``moment`` is the time, the state, the s_j and the sign that e takes; ``rates`` are f⁻ and f⁺; ``least`` is the rate
+    of e up to which it only touches zero (`least_rate`).
 
     Raises
     ------
@@ -87,30 +122,38 @@ def passed(
     """
     t, y, s, side = moment
     n = laws.moved
-    before, after = (laws.beside(law, t, y, sign) for sign in (-side, side))
-    f = [rates(*one)[:n] for one in (before, after)]
+    f = [x[:n] for x in rates]
     row = laws.at(t, y)[law]
     speeds = [float(row[1] + row[2 : 2 + n] @ x) for x in f]
     jump = f[0] - f[1]
     if np.abs(jump).max(initial=0.0) <= ALIKE * np.abs(f).max(initial=0.0):
-        return np.zeros(len(s)), np.zeros(n), after[1]
+        return np.zeros(len(s)), np.zeros(n)
     De = s[:, :n] @ row[2 : 2 + n] + row[2 + n : -1]
-    size = float(np.abs(row[2 : 2 + n]) @ np.abs(f[0]) + abs(row[1]))
-    if not side * speeds[0] > ALIKE * size:
+    if not side * speeds[0] > least:
         raise _refused(laws, law, t, f"it only touches zero there, with the rate {speeds[0]:.2g}")
     if not side * speeds[1] > 0:
         raise _refused(laws, law, t, "both sides lead back to it, and the motion sticks")
     check_others(laws, law, t, y, s, f[0])
-    return -De / speeds[0], jump, after[1]
+    return -De / speeds[0], jump
+
+
+def least_rate(laws: SwitchingLaws, law: int, times: Array, states: Array, tolerance: float) -> float:
+    """Return the rate of e up to which it only touches zero, as far as the errors of a run tell.
+
+    An error δ of e changes its rate by ë δ/ė, and ë is of the size of e/T².
+    """
+    zero = np.zeros((len(times), 1, laws.moved))
+    e = laws.along(times, states, np.repeat(zero, laws.unknowns, axis=1))[0][:, law]
+    return 1e2 * float(np.sqrt(tolerance) * np.abs(e).max() / max(abs(times[-1] - times[0]), EPS))
 
 
 def check_others(laws: SwitchingLaws, law: int, t: float, y: Array, s: Array, f: Array) -> None:
     """Refuse a time at which a law switches beside ``law`` (-1: at the start), and would not if an unknown changed."""
     n, rows = laws.moved, laws.at(t, y)
-    sizes = np.abs(rows[:, 1]) * abs(t) + np.abs(rows[:, 2 : 2 + n]) @ np.abs(y[:n])
     De = rows[:, 2 : 2 + n] @ s[:, :n].T + rows[:, 2 + n : -1]
-    passes = np.abs(rows[:, 1] + rows[:, 2 : 2 + n] @ f[:n]) > 0
-    other = (np.abs(rows[:, 0]) <= 64 * EPS * sizes) & passes & (rows[:, -1] > 0) & (np.abs(De).max(axis=1) > 0)
+    speeds = np.abs(rows[:, 1] + rows[:, 2 : 2 + n] @ f[:n])
+    near = np.abs(rows[:, 0]) <= ALIKE * (1 + abs(t)) * speeds
+    other = near & (rows[:, -1] > 0) & (np.abs(De).max(axis=1) > 0)
     for k in np.flatnonzero(other):
         if k != law:
             what = "it is zero at the start" if law < 0 else f"{laws.texts[law]} passes zero at the same time"
@@ -143,9 +186,10 @@ def _refused(laws: SwitchingLaws, law: int, t: float, what: str) -> SimulationEr
 
 def switching_laws(variation: Any, parameters: Array) -> SwitchingLaws | None:
     """Return the laws of a machine that switch; None if there are none."""
+    unknowns = len(variation.unknowns)
     found = variation.switches()
     if found is None:
         return None
     program, texts = found
     model = variation.kernels.model
-    return SwitchingLaws(program, texts, program.constants(parameters), model.n_q + model.n_u)
+    return SwitchingLaws(program, texts, program.constants(parameters), model.n_q + model.n_u, unknowns)

@@ -25,14 +25,15 @@ from ...model import Model
 from ...program.kernels import compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward, reverse
-from ...scalar.trace import CODES, Tape, Traced
+from ...scalar.trace import CODES, Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
 from ..kernels.program import Program
 from ..kernels.switches import value_of
-from ..ode.dense_output import Rates, Watch
+from ..ode.dense_output import Rates
 from ..trajectory.outputs import OfReaction
+from .switch_slopes import law_outputs
 
 Array = NDArray[np.float64]
 Functions = dict[str, Sequence[Scalar]]
@@ -94,6 +95,8 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
 class Variation:
     """The programs of a machine and of its variational equations."""
 
+    kind = "variation"
+
     def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown]) -> None:
         self.kernels, self.unknowns = kernels, tuple(unknowns)
 
@@ -120,7 +123,7 @@ class Variation:
 
     def series(self) -> Program:
         """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
-        key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, "series", tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -129,13 +132,25 @@ class Variation:
 
     def _traced(self) -> tuple[Tape, State, list[Scalar], list[list[Scalar]], list[Scalar]]:
         """Return tape, state, y, the s_j, parameters."""
-        model, tape = self.kernels.model, Tape()
+        model, tape = self.kernels.model, self._tape()
         state = traced_state(model, tape)
         y = [*state.q, *state.u]
         if self.kernels.works:
             y.append(tape.input("work done"))
         rows = [[tape.input(f"derivative {i} by {x.name}") for i in range(len(y))] for x in self.unknowns]
         return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
+
+    def _tape(self) -> Tape:
+        """Return the tape of the programs."""
+        return Tape()
+
+    def _constants(self, tape: Tape) -> list[Scalar]:
+        """Return the constants of a run that follow the parameters."""
+        return []
+
+    def _others(self, state: State) -> Functions:
+        """Return further functions of the program."""
+        return {}
 
     def _along(
         self, tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]], outputs: Sequence[Scalar]
@@ -155,7 +170,7 @@ class Variation:
 
         For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
         """
-        key = ("variation", tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -164,6 +179,7 @@ class Variation:
             functions: dict[str, Sequence[Any]] = {
                 "rates": rates,
                 "energy": [kinetic_energy(model, state), potential_energy(model, state)],
+                **self._others(state),
             }
             if self.kernels.active:
                 moved = moved_onto(self.kernels.model, state, self.kernels.active)
@@ -181,7 +197,8 @@ class Variation:
         rates = self._rates_of_state(state)
         along = self._along(tape, state, y, rows, rates)
         inputs = [*y, *(x for row in rows for x in row)]
-        return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
+        constants = [*parameters, *self._constants(tape)]
+        return tape, state, inputs, [*rates, *(x for row in along for x in row)], constants
 
     def _rates_of_state(self, state: State) -> list[Scalar]:
         """Return y'."""
@@ -228,48 +245,18 @@ class Variation:
         model, texts = self.kernels.model, list[str]()
 
         def functions(state: State) -> dict[str, list[Scalar]]:
-            tape, result = state.field, list[Scalar]()
+            tape = state.field
             assert isinstance(tape, Tape)
             udot = motion(model, state, self.kernels.active).udot
-            by = [state.t, *state.q, *state.u, *(state.values[x.symbol] for x in self.unknowns if x.symbol is not None)]
-            for i in tape.used(udot):
-                if tape.op[i] != CODES["sign"]:
-                    continue
-                sign, e = tape.scalar(i), tape.scalar(tape.a[i])
-                jump: Scalar = 0
-                for slope in forward(tape, udot, [sign], [1]):
-                    jump = jump + (tape.apply("abs", slope) if isinstance(slope, Traced) else abs(slope))
-                gradient = list(reverse(tape, e, by))
-                of_state, rest = gradient[: 1 + model.n_q + model.n_u], gradient[1 + model.n_q + model.n_u :]
-                of_unknowns = [0 if x.symbol is None else rest.pop(0) for x in self.unknowns]
-                result += [e, *of_state, *of_unknowns, jump]
-                texts.append(str(tape.to_sympy(e)))
-            return {"switches": result}
+            signs = [i for i in tape.used(udot) if tape.op[i] == CODES["sign"]]
+            pairs = [(tape.scalar(i), tape.scalar(tape.a[i])) for i in signs]
+            texts.extend(str(tape.to_sympy(e)) for _, e in pairs)
+            return {"switches": law_outputs(tape, state, udot, pairs, self.unknowns)}
 
         program = self.kernels.program(("switches", names), functions)
         self.kernels.cache.setdefault(texts_key, tuple(texts))
         texts_of_e: tuple[str, ...] = self.kernels.cache[texts_key]
         return (program, texts_of_e) if texts_of_e else None
-
-    def watching(self, specs: Sequence[Any], expressions: Sequence[Any], parameters: Array) -> Watch:
-        """Return the events of the user, and after them those at which a law switches, which end a leg."""
-        model = self.kernels.model
-
-        def functions(state: State) -> dict[str, list[Scalar]]:
-            tape = state.field
-            assert isinstance(tape, Tape)
-            values = [value_of(state, x) for x in expressions]
-            udot = motion(model, state, self.kernels.active).udot
-            signs = [i for i in tape.used(udot) if tape.op[i] == CODES["sign"]]
-            return {"values": [*values, *(tape.scalar(tape.a[i]) for i in signs)]}
-
-        program = self.kernels.program(("watched with switches", tuple(expressions)), functions)
-        count = program.outputs("values") - len(specs)
-        directions, terminal = [spec.direction for spec in specs], [spec.terminal for spec in specs]
-        return Watch(
-            program.address("values"), (*directions, *[0] * count), (*terminal, *[True] * count),
-            program.constants(parameters), program,
-        )  # fmt: skip
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""

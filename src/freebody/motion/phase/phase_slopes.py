@@ -125,7 +125,12 @@ def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
     for i in range(phase.closed_count):
         k = phase.closed[i]
         if phase.held[k] != 0:
-            N, change, at, slip = force_of(phase, k)[0], given_change(it, phase, k), phase.first[k], phase.pushed[k]
+            N, change, at, slip = (
+                force_of(phase, k)[0],
+                given_change(it, phase, k),
+                phase.first[k],
+                phase.pushed[k],
+            )
             it.force[at] = change
             for j in range(phase.tangents[k] if slip != laws.NO_SLIP else 0):
                 it.force[at + 1 + j] = change * phase.share[k, j] + N * turned(it, phase, k, slip, j)

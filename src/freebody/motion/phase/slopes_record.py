@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
+from ...dynamics.bearing_loads import LOADED
 from ...native.records import Count, Kernel, Record, Row, Rows, Wholes, record
 from ..ode.dense_output import Array
-from ...dynamics.bearing_loads import LOADED
 from .candidate_slopes import bearing_slopes, candidate_slopes
 
 
