@@ -23,9 +23,9 @@ import numpy as np
 
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
+from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
 from ..phase.snapshot import Snapshot
-from .loaded_slopes import Load, load_of_impact
 from .slopes import Slopes, refused
 
 NONE = 1e-9

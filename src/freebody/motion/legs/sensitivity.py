@@ -152,11 +152,12 @@ class _Legs:
     def paths(self, y: Array, rates: Rates, relative: Array) -> list[Path]:
         """Return the paths of all legs from a state with its derivatives; ``rates`` are those without switches."""
         p, n = self.problem, self.problem.kernels.size
-        if switching_laws(self.variation, self.parameters) is None:
+        found = switching_laws(self.variation, self.parameters)
+        if found is None:
             watch = watching(p.kernels, self.parameters, p.specs, p.expressions)
             return [self.way(rates, watch, relative).path(y, p.begin, p.end, self.absolute, self.between)]
         sided, t, paths = SidedVariation(p.kernels, self.variation.unknowns), p.begin, list[Path]()
-        signs = self.signs(sided, y)
+        signs = self.signs(sided, y, len(found.texts))
         while True:
             constants, rates = sided.at(self.parameters, signs, self.method)
             way = self.way(rates, sided.watching(p.specs, p.expressions, constants), relative)
@@ -185,10 +186,9 @@ class _Legs:
             max_step=request.longest_step, max_steps=most_steps(request.max_steps, rates.size + 2),
         )  # fmt: skip
 
-    def signs(self, sided: SidedVariation, y: Array) -> Array:
+    def signs(self, sided: SidedVariation, y: Array, count: int) -> Array:
         """Return the sign of each law at the start: that of e, or of its rate where e is zero."""
         t, n = self.problem.begin, self.problem.kernels.size
-        count = len(switching_laws(self.variation, self.parameters).texts)
         signs = np.ones(count)
         for _ in range(2):  # an e that is zero has a rate, which may depend on other signs
             constants, rates = sided.at(self.parameters, signs, self.method)

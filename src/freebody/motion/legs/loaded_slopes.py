@@ -16,7 +16,6 @@ import numpy as np
 from ...dynamics.bearing_loads import LOADED
 from ..ode.dense_output import Array, outputs_at
 from ..phase.candidate_slopes import bearing_slopes
-from .slopes import Slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +23,13 @@ class Load:
     """The load of a joint in an impact.
 
     ``size``          P, and its derivatives ``by_jump`` of the speeds, and ``by_impulses`` of all rows
+    ``slopes``        `contact.slopes.Slopes`
     """
 
     size: float
     by_jump: Array
     by_impulses: Array
-    slopes: Slopes
+    slopes: Any
     hit: Any
     place: int
 
@@ -41,7 +41,7 @@ class Load:
         return along - float(self.by_jump @ s[n_q:])
 
 
-def load_of_impact(slopes: Slopes, hit: Any, k: int) -> Load:
+def load_of_impact(slopes: Any, hit: Any, k: int) -> Load:
     """Return the load of the joint of a contact in an impact."""
     bearing = _Bearing(slopes, hit, slopes.scene.loaded.index(k))
     return Load(bearing.size, *bearing.gradient(), slopes, hit, bearing.place)
@@ -50,7 +50,7 @@ def load_of_impact(slopes: Slopes, hit: Any, k: int) -> Load:
 class _Bearing:
     """The bearing of a joint, by its number, in an impact."""
 
-    def __init__(self, slopes: Slopes, hit: Any, place: int) -> None:
+    def __init__(self, slopes: Any, hit: Any, place: int) -> None:
         self.slopes, self.hit, self.place = slopes, hit, place
         n_q, n, rows = slopes.model.n_q, slopes.model.n_u, slopes.scene.rows
         self.moved, self.sizes = n_q + n, (n, rows)
