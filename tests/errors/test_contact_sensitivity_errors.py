@@ -4,7 +4,6 @@ import pytest
 
 import freebody as fb
 from contact_machines import pulled_disk
-from contact_scenes import space_scene
 from freebody.errors import SimulationError
 
 G = 9.81
@@ -31,12 +30,6 @@ def test_machines_without_derivatives():
     s, start = boxes()
     refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
     refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
-    s = fb.System("arm")
-    g = s.parameters(g=G)
-    s.gravity = (0, -g, 0)
-    pin = s.hinge("pin", s.ground, s.body("bar", fb.slender_bar(1, 1)), to=(-0.5, 0, 0), coordinate="q")
-    s.friction("rub", pin, coefficient=0.2, radius=0.02)
-    refused(s, {}, ["g"], "contact 'rub' has friction under the load of a joint. Take differences")
     s, start = boxes()
     s.constrain("y0 - y0**2/4 - 0.4375", name="held")
     refused(s, start, ["g"], "without constraints for sensitivities= with contacts, but 'boxes' has 'held'")
@@ -88,10 +81,40 @@ def test_ties():
     refused(s, {}, ["mu"], "contact 'foot' sticks exactly at its limit of friction")
 
 
-def test_shares_that_decide_a_slip():
-    """A table that slides and turns on four feet: its friction depends on how they share its weight."""
-    s, start = space_scene(40)
-    refused(s, start, ["f_vx"], "after t = 0 s: equal compliance shares the forces of contacts that slip")
+def test_a_corner_at_its_limit_of_friction():
+    """A box that is pushed beside its middle: one corner after another reaches its limit, while the others hold it."""
+    s = fb.System("box")
+    F = s.parameters(F=20.0)
+    s.gravity = (0, 0, -G)
+    box = s.body("box", fb.box(2, (0.4, 0.3, 0.2)))
+    s.free("f", s.ground, box)
+    corners = [(x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.15, 0.15)]
+    s.contact("floor", box.corners(*corners), s.ground.plane(normal="z"), friction=0.3, static_friction=0.36)
+    s.force("push", box.point((0, 0.03, 0.02)), (F * s.t, 2 * s.t, 0), frame=s.ground)
+    message = "after t = 0.322.*: contact 'floor_3' rests at its limit of friction, held by the others"
+    refused(s, {"f_z": 0.1}, ["F"], message)
+
+
+def test_a_joint_that_bears_nothing():
+    s = fb.System("wheel")
+    s.parameters(mu=0.2)
+    wheel = s.body("wheel", fb.disk(1, 0.5))
+    pin = s.hinge("pin", s.ground, wheel, axis="z", coordinate="q")
+    s.friction("rub", pin, coefficient="mu", radius=0.02)
+    refused(s, {"q'": 1.0}, ["mu"], "contact 'rub' is closed without force")
+
+
+def test_impacts_by_poissons_law_under_the_load_of_a_joint():
+    s = fb.System("arm")
+    s.parameters(mu=0.2)
+    s.gravity = (0, -G, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="q")
+    s.friction("rub", pin, coefficient="mu", radius=0.02)
+    side = s.ground.plane(at=(0.2, 0, 0), normal="-x")
+    s.contact("wall", bar.point((0, -0.5, 0)), side, restitution=0.5, impact="poisson")
+    message = "the load of a joint bounds the friction 'rub' in an impact by Poisson's law"
+    refused(s, {"q": -0.5}, ["mu"], message)
 
 
 def test_quantities_without_derivatives():

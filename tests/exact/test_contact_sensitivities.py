@@ -121,3 +121,66 @@ def test_a_block_leaves_a_vibrating_table_at_its_own_weight():
         [-slope * ratio / 0.02, -left / 30 - 2 * slope * ratio / 30, slope * ratio / G], rel=1e-8
     )
     assert motion.energy.relative_residual < 1e-9  # the drive's work is in the ledger
+
+
+def test_a_ball_rolls_to_rest_against_its_resistance():
+    """x = 7/10 v² R/(g δ) after t = 7/5 v R/(g δ)."""
+    s = fb.System("ball")
+    d, g, v = s.parameters(d=0.01, g=G, v=1.0)
+    s.gravity = (0, -g, 0)
+    body = s.body("ball", fb.sphere(1, 0.1))
+    s.planar("plane", s.ground, body, coordinate="x y turn")
+    s.contact("floor", body.sphere(0.1), s.ground.plane(), friction=0.5, rolling=d)
+    start = {"y": 0.1, "x'": v, "turn'": "-10*v"}
+    motion = fb.simulate(s, 2, initial=start, sensitivities=["d", "g", "v"], tolerance=1e-12, samples=2)
+    x, t = 7 / 10 * 0.1 / (G * 0.01), 7 / 5 * 0.1 / (G * 0.01)
+    found = [motion.sensitivity["x", name][-1] for name in ("d", "g", "v")]
+    assert found == pytest.approx([-x / 0.01, -x / G, 2 * x], rel=1e-9)
+    (stopped,) = motion.sensitivity.times("floor_rolling")
+    assert stopped == pytest.approx([-t / 0.01, -t / G, t], rel=1e-9)
+
+
+def test_a_ball_spins_to_rest():
+    """t = 2/5 R² ω/(δ g)."""
+    s = fb.System("ball")
+    d, g = s.parameters(d=0.004, g=G)
+    s.gravity = (0, 0, -g)
+    body = s.body("ball", fb.sphere(3, 0.1))
+    s.free("f", s.ground, body)
+    s.contact("floor", body.sphere(0.1), s.ground.plane(normal="z"), friction=0.5, spinning=d)
+    motion = fb.simulate(s, 2, initial={"f_z": 0.1, "f_wz": 5.0}, sensitivities=["d", "f_wz"], samples=2)
+    t = 2 / 5 * 0.01 * 5 / (0.004 * G)
+    assert motion.sensitivity.times("floor_spinning")[0] == pytest.approx([-t / 0.004, t / 5], rel=1e-8)
+
+
+def test_a_wheel_on_a_rough_pin():
+    """It stops after t = I ω/(r sin φ m g), tan φ = μ."""
+    s = fb.System("wheel")
+    mu, r = s.parameters(mu=0.3, r=0.02)
+    s.gravity = (0, -G, 0)
+    wheel = s.body("wheel", fb.disk(2, 0.1))
+    pin = s.hinge("pin", s.ground, wheel, axis="z", coordinate="q")
+    s.friction("dry", pin, coefficient=mu, radius=r)
+    motion = fb.simulate(
+        s, 3, initial={"q'": 10.0}, sensitivities=["mu", "r", "q'"], tolerance=1e-12, samples=2
+    )
+    t = 0.5 * 0.01 * 10 * np.sqrt(1 + 0.09) / (0.3 * 0.02 * G)
+    expected = [-t / (0.3 * 1.09), -t / 0.02, t / 10]
+    assert motion.sensitivity.times("dry")[0] == pytest.approx(expected, rel=1e-9)
+    assert motion.sensitivity["q", "r"][-1] == pytest.approx(-10 * t / 2 / 0.02, rel=1e-9)
+
+
+def test_a_box_on_two_feet_begins_to_slip():
+    """F t = μ m g, however the feet share it."""
+    s = fb.System("box")
+    mu, F, m = s.parameters(mu=0.36, F=20.0, m=2.0)
+    s.gravity = (0, -G, 0)
+    box = s.body("box", fb.box(m, (0.4, 0.2, 0.2)))
+    s.planar("plane", s.ground, box, coordinate="x y turn")
+    feet = box.corners((-0.2, -0.1, 0), (0.2, -0.1, 0))
+    s.contact("floor", feet, s.ground.plane(), friction=0.3, static_friction=mu)
+    s.force("push", box.point((0, 0.02, 0)), (F * s.t, 0, 0), frame=s.ground)
+    motion = fb.simulate(s, 0.5, initial={"y": 0.1}, sensitivities=["mu", "F", "m"], samples=2)
+    t = 0.36 * 2 * G / 20
+    for foot in ("floor_1", "floor_2"):
+        assert motion.sensitivity.times(foot)[0] == pytest.approx([t / 0.36, -t / 20, t / 2], rel=1e-9)

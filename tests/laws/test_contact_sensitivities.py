@@ -129,9 +129,88 @@ def sticky_ball(space):
     return s, start, 0.25
 
 
+def rolling_ball(space, law):
+    """A ball that bounces and comes to rest, with resistance to rolling and spinning."""
+    s = fb.System("ball")
+    g = s.parameters(mu=0.3, d=0.01, ds=0.004, e=0.5, g=9.81)[-1]
+    s.gravity = (0.1, 0.2, -g) if space else (0, -g, 0)
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    if space:
+        s.free("f", s.ground, ball)
+        start = {"f_z": 0.3, "f_vx": 1.0, "f_vy": 0.2, "f_wz": 5.0, "f_wx": 3.0}
+    else:
+        s.planar("air", s.ground, ball, coordinate="x y turn")
+        start = {"y": 0.3, "x'": 1.0, "turn'": 3.0}
+    floor = s.ground.plane(normal="z" if space else "y")
+    given = {"rolling": "d", "restitution": "e", "impact": law} | ({"spinning": "ds"} if space else {})
+    s.contact("floor", ball.sphere(0.1), floor, friction="mu", **given)
+    return s, start, 1.3 if space else 0.59
+
+
+def dry_slider():
+    """A slider whose load, borne at two places, bounds its friction, and that hits its end."""
+    s = fb.System("slider")
+    s.parameters(mu=0.3, L=0.2, F=30.0, m=2.0, e=0.5)
+    s.gravity = (0, -9.81, -1)
+    box = s.body("box", fb.box("m", (0.3, 0.2, 0.2)))
+    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
+    s.friction("dry", rail, coefficient="mu", length="L")
+    s.force("push", box.point((0.1, 0.1, 0)), ("F*sin(12*t)", "3*F*sin(5*t)", 0))
+    s.stop("end", rail, low=-0.05, high=0.05, restitution="e")
+    return s, {"x'": 0.3}, 0.15
+
+
+def dry_arm():
+    """Two bars on rough pins."""
+    s = fb.System("arm")
+    g = s.parameters(mu=0.3, R=0.05, e=0.5, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above = s.ground
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
+        above = bar
+    s.stop("end", pin, low=-0.5, high=0.6, restitution="e")
+    return s, {"q": 1.0, "p": 0.5}, 2.0
+
+
+def sliding_face():
+    """A box that slides and turns on the four corners of a face, whose forces are shared."""
+    s = fb.System("box")
+    s.parameters(mu=0.3, m=2.0)
+    s.gravity = (0, 0, -9.81)
+    box = s.body("box", fb.box("m", (0.4, 0.3, 0.2)))
+    s.free("f", s.ground, box)
+    corners = [(x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.15, 0.15)]
+    s.contact("floor", box.corners(*corners), s.ground.plane(normal="z"), friction="mu")
+    return s, {"f_z": 0.1, "f_vx": 1.0, "f_vy": 0.3, "f_wz": 2.0}, 0.2
+
+
+def shaken_box():
+    """A box on two corners, which share its friction at rest, slips and stops by turns."""
+    s = fb.System("box")
+    s.parameters(mu=0.3, F=20.0, m=2.0)
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.box("m", (0.4, 0.2, 0.2)))
+    s.planar("plane", s.ground, box, coordinate="x y turn")
+    feet = box.corners((-0.2, -0.1, 0), (0.2, -0.1, 0))
+    s.contact("floor", feet, s.ground.plane(), friction="mu", static_friction="1.2*mu")
+    s.force("push", box.point((0, 0.02, 0)), ("F*sin(8*t)", 0, 0), frame=s.ground)
+    return s, {"y": 0.1}, 2.0
+
+
 @pytest.mark.parametrize(
     ("scene", "given", "names"),
     [
+        (rolling_ball, (False, "newton"), ("d", "mu", "e", "x'")),
+        (dry_slider, (), ("mu", "L", "F", "m", "e")),
+        (sliding_face, (), ("mu", "f_vx")),
+        (shaken_box, (), ("mu", "F", "m")),
+        pytest.param(rolling_ball, (False, "poisson"), ("d", "mu", "e", "x'"), marks=pytest.mark.slow),
+        pytest.param(rolling_ball, (True, "newton"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),
+        pytest.param(rolling_ball, (True, "poisson"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),
+        pytest.param(dry_arm, (), ("mu", "R", "g", "p"), marks=pytest.mark.slow),
         (soft_ball, ("k*depth**1.5*(1 + c*rate)", False), ("k", "c", "mu", "g", "y'")),
         (soft_ball, ("k*depth", True), ("k", "mu", "f_vz", "f_wx")),
         (rubbing_arm, ({"static": "1.4*T"},), ("T", "e", "g", "p")),

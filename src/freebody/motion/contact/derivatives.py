@@ -14,6 +14,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ..events import event_run
+from ..kernels.switches import Switch as LoadSwitch
+from ..legs.switch_slopes import SwitchingLaws, check_others, least_rate, refuse_jumps
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.scene import LIMIT, Phase
@@ -24,7 +26,7 @@ from .history import Entry, History
 from .impact_slopes import Impact, after_impact, impact_slope
 from .saltation import After, check_ties, event_slope, kept
 from .slopes import Slopes, refused
-from .variational_path import pieces, straight_path
+from .variational_path import Switch, VariationalPath, pieces, straight_path
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
 TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
@@ -73,19 +75,32 @@ def moments(history: History) -> tuple[list[int], list[Moment]]:
     return phases, result
 
 
-def follow(slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress) -> Followed:
+def follow(
+    slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress,
+    laws: SwitchingLaws | None = None,
+) -> Followed:  # fmt: skip
     """Return the derivatives of a finished run, from those at its start, shape (unknowns, components of (q, u)).
+
+    ``laws`` are those of loads that switch.
 
     Raises
     ------
     SimulationError
         A motion that has no derivatives.
     """
-    return _Following(slopes, history, problem, between).run(first)
+    return _Following(slopes, history, problem, between, laws).run(first)
 
 
 class _Following:
-    def __init__(self, slopes: Slopes, history: History, problem: Problem, between: Progress) -> None:
+    def __init__(
+        self,
+        slopes: Slopes,
+        history: History,
+        problem: Problem,
+        between: Progress,
+        laws: SwitchingLaws | None,
+    ) -> None:
+        self.laws = laws
         self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
         self.scene, self.moved = slopes.scene, slopes.moved
         self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
@@ -93,6 +108,7 @@ class _Following:
         self.happened: list[Happened] = []
 
     def run(self, first: Array) -> Followed:
+        self.first = first
         phases, before = moments(self.history)
         segments: list[Segment] = []
         last: Segment | None = None
@@ -101,14 +117,63 @@ class _Following:
             segment = self.history.path.segments[number]
             S, leaps = self.passed(last, moment, segment, S, shifts)
             segments += leaps
-            for piece in pieces(self.slopes, segment, S, self.way(segment), self.between):
+            switches = self.switches(segment, last is None)
+            for piece in pieces(
+                self.slopes, segment, S, self.way(segment), self.between, self.laws, switches
+            ):
                 segments.append(Segment(cast(Path, piece), segment.kernels))
                 S, shifts = piece.last, piece.shifts
+                self.refuse_jumps(piece, switches)
             last = segment
         # a last moment, with straight steps up to the end of the run
         rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
         segments += [self.straight(one, S) for one in rest]
         return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
+
+    def switches(self, segment: Segment, begins: bool) -> list[Switch]:
+        """Return the switches of loads in a phase.
+
+        Raises
+        ------
+        SimulationError
+            A switch at the start or end of a phase, whose time does not move with it.
+        """
+        laws, path, result = self.laws, segment.path, list[Switch]()
+        if laws is None:
+            return result
+        if begins:
+            s = self.first.reshape(len(self.slopes.unknowns), -1)
+            check_others(
+                laws,
+                -1,
+                path.start,
+                path.states[0],
+                s,
+                self.slopes.velocity(segment.kernels, path.start, path.states[0]),
+            )
+        for crossing in path.crossings:
+            if not isinstance(self.problem.specs[crossing.number].expression, LoadSwitch):
+                continue
+            state = np.append(crossing.state[: self.moved], path.sample([crossing.time])[0, self.moved :])
+            rows = laws.at(crossing.time, state)
+            sizes = np.abs(rows[:, 2 : 2 + self.moved]) @ np.abs(state[: self.moved]) + np.abs(rows[:, 1])
+            law = int(np.argmin(np.abs(rows[:, 0]) / np.where(sizes > 0, sizes, 1)))
+            if not path.start < crossing.time < path.end:
+                if rows[law, -1] > 0:
+                    what = f"a load switches, as {laws.texts[law]} passes zero, at the time of an event of a contact"
+                    raise refused(self.slopes, crossing.time, what)
+                continue
+            if all(crossing.time != other.time for other in result):
+                least = least_rate(laws, law, path.times, path.states, self.tolerance)
+                result.append(Switch(crossing.time, state, law, crossing.sign, least))
+        return result
+
+    def refuse_jumps(self, piece: VariationalPath, switches: list[Switch]) -> None:
+        """Refuse jumps of the rates that no switch of a load has told."""
+        if self.laws is not None:
+            n, states = self.moved, piece.states
+            s = states[:, n + 2 :].reshape(len(states), -1, n)
+            refuse_jumps(self.laws, piece.times, states, s, [(x.law, x.time) for x in switches])
 
     def way(self, segment: Segment) -> Callable[[Rates], Integration]:
         """Return how a phase is integrated with its derivatives: explicitly, by the method of the run."""
@@ -173,9 +238,6 @@ class _Following:
     def check_modes(self, phase: Phase, moment: Moment, t: float) -> None:
         """Raise for modes whose derivatives indeterminate forces decide."""
         slopes = self.slopes
-        shared = any(entry.kind == event_run.NOTE and entry.marks[1] for entry in moment.entries)
-        if shared and any(mode.startswith("slip") for mode in phase.modes):
-            raise refused(slopes, t, "equal compliance shares the forces of contacts that slip")
         for k, mode in enumerate(phase.modes):
             if mode.startswith(LIMIT):
                 what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
@@ -216,8 +278,10 @@ class _Following:
             if entry.kind == event_run.IMPACT:
                 at = 4 + 2 * (self.moved + 2)
                 for k in entry.marks[2:]:
-                    approaches = entry.numbers[at] < -entry.numbers[3]
-                    if was_open[k] and approaches:
+                    approaches, own = entry.numbers[at] < -entry.numbers[3], self.scene.presser[k] < 0
+                    if not own:
+                        pass  # it closes with its contact
+                    elif was_open[k] and approaches:
                         result.setdefault(k, event_run.GAP_CLOSED)
                     elif was_open[k]:
                         others.add(k)
@@ -235,6 +299,12 @@ class _Following:
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
         """Return True if the mode of a contact ends by a function of its own."""
+        if self.scene.presser[k] >= 0 and why in (
+            event_run.GAP_CLOSED,
+            event_run.NORMAL_ZERO,
+            *ENDS_OF_SIDES,
+        ):
+            return False
         if why == event_run.GAP_CLOSED:
             return last is not None and was_open
         has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
@@ -249,10 +319,12 @@ class _Following:
         ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
         result = []
         for k, why in events.items():
-            if why in (event_run.NORMAL_ZERO, event_run.CONE_REACHED) and phase.spare:
-                name = slopes.model.contacts[k].name
-                raise refused(slopes, t, f"the force that ends the mode of contact '{name}' is indeterminate")
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
+            if np.isnan(rate):
+                name = slopes.model.contacts[k].name
+                raise refused(
+                    slopes, t, f"contacts without load share the force that ends the mode of '{name}'"
+                )
             self.check_passing(last, k, why, rate)
             along = np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways])
             result.append(shifts - along / rate)
@@ -320,7 +392,7 @@ class _Following:
         ]  # fmt: skip
         if not taken:
             return sigma
-        closed = [k for k in hit.chosen if phase.modes[k] != "open"]
+        closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
         if straight:
             raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
         change = y.copy()

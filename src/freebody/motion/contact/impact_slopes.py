@@ -8,7 +8,8 @@ A change (σ, τ, dp) of the state before, of the time and of the unknowns gives
     dv_T⁺ = 0 or dΛ_T = -μ d dΛ_N - Λ_N (dμ d + μ (1 - d dᵀ)/|v_T⁺| dv_T⁺)
 
 which is linear in σ⁺ and dΛ. Poisson's law is a compression (e = 0), and an expansion in which a contact presses with
-e Λ_C or has v_N⁺ = 0.
+e Λ_C or has v_N⁺ = 0. What resists rolling and spinning has Λ_N of its contact, and friction in a joint the impulse P
+of its reaction in place of Λ_N (`loaded_slopes`).
 
 Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), section 7.1.3.
 """
@@ -22,6 +23,7 @@ import numpy as np
 
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
+from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
 from ..phase.snapshot import Snapshot
 from .slopes import Slopes, refused
@@ -55,13 +57,18 @@ class Impact(NamedTuple):
 class Law(NamedTuple):
     """The law of a contact that presses: v_N⁺ = -e v_N⁻, and it sticks (``way`` None) or slips along ``way``.
 
+    ``normal``    its row of the normal, None if another contact or the load of a joint has the impulse that bounds it
+    ``presser``   the contact that has it, itself or another one
     ``speed``     v_N⁻, and ``part``: of the derivative of e that counts
     ``place``     that of its coefficient of friction among its laws; ``turn``: (1 - d dᵀ)/|v_T⁺|
     ``grown``     e times the derivatives of Λ_C, if it presses with e Λ_C
+    ``load``      the load of a joint with its derivatives
     """
 
     contact: int
-    rows: list[int]
+    normal: int | None
+    tangents: list[int]
+    presser: int
     e: float
     part: float
     speed: float
@@ -71,6 +78,12 @@ class Law(NamedTuple):
     way: Any
     turn: Any
     grown: Any = None
+    load: Load | None = None
+
+    @property
+    def rows(self) -> list[int]:
+        """Rows of its impulses."""
+        return self.tangents if self.normal is None else [self.normal, *self.tangents]
 
 
 def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array:
@@ -90,6 +103,11 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
         if contacts[k].slows:
             what = f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on its slip"
             raise refused(slopes, hit.t, what)
+        if contacts[k].loaded:
+            what = (
+                f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
+            )
+            raise refused(slopes, hit.t, what)
     given, middle = compression(slopes, hit, seen), hit.before.copy()
     middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
     first = hit._replace(after=middle, impulses=given, part=0.0)
@@ -106,6 +124,8 @@ def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
     it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, 0, hit.still
     for i, k in enumerate(hit.chosen):
         it.at[i], it.tangents[i], it.presser[i] = at, scene.tangents[k], -1
+        if scene.presser[k] >= 0:
+            it.presser[i] = hit.chosen.index(scene.presser[k])
         it.friction[i] = it.static[i] = seen.friction[k]
         it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
         at += 1 + scene.tangents[k]
@@ -142,24 +162,30 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
 
 def _equations(laws: list[Law], rows: list[int], W: Array, M: Array) -> Array:
     """Return the matrix of the equations of σ⁺ and dΛ."""
-    n, i = len(M), len(M)
+    n, i, normals = len(M), len(M), dict[int, int]()
     A = np.zeros((n + len(rows), n + len(rows)))
     A[:n, :n], A[:n, n:] = M, -W[rows].T
     for law in laws:
-        normal = i
-        if law.grown is None:
-            A[i, :n] = W[law.rows[0]]
-        else:
-            A[i, i] = 1
-        turned = None if law.way is None else law.turn @ W[law.rows[1:]]
-        for place, r in enumerate(law.rows[1:]):
+        if law.normal is not None:
+            normals[law.contact] = i
+            if law.grown is None:
+                A[i, :n] = W[law.normal]
+            else:
+                A[i, i] = 1
             i += 1
+        turned = None if law.way is None else law.turn @ W[law.tangents]
+        for place, r in enumerate(law.tangents):
             if turned is None:
                 A[i, :n] = W[r]
             else:
-                A[i, i], A[i, normal] = 1, law.friction * law.way[place]
                 A[i, :n] = law.impulse * law.friction * turned[place]
-        i += 1
+                A[i, i] = 1
+                if law.load is None:
+                    A[i, normals[law.presser]] = law.friction * law.way[place]
+                else:
+                    A[i, :n] += law.friction * law.way[place] * law.load.by_jump
+                    A[i, n:] += law.friction * law.way[place] * law.load.by_impulses[rows]
+            i += 1
     return A
 
 
@@ -177,15 +203,17 @@ def _right(slopes: Slopes, hit: Impact, laws: list[Law], s: Array, tau: float, j
         of_laws = slopes.laws_of(own, k)
         for r in range(at, at + 1 + scene.tangents[k]):
             first += hit.impulses[r] * slopes.row_entries(own, r)
-        if law.grown is None:
+        if law.normal is not None and law.grown is None:
             normal = -after[0] - law.e * slopes.rates_of(own, k)[0] - law.part * of_laws[2] * law.speed
-        else:
-            normal = law.grown[j] + law.part * of_laws[2] * law.impulse / law.e
-        result.append(np.array([normal]))
-        if law.way is not None:
+            result.append(np.array([normal]))
+        elif law.normal is not None:
+            result.append(np.array([law.grown[j] + law.part * of_laws[2] * law.impulse / law.e]))
+        if law.way is not None and law.tangents:
             turned = law.friction * (law.turn @ after[1:])
             result.append(-law.impulse * (of_laws[law.place] * law.way + turned))
-        elif len(law.rows) > 1:
+            if law.load is not None:
+                result[-1] -= law.friction * law.way * law.load.change(j, s, tau)
+        elif law.tangents:
             result.append(-after[1:])
     return np.concatenate(result)
 
@@ -200,8 +228,9 @@ def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
             result.append(law)
     limits = [k for k in (law.contact for law in result if _is_at_limit(hit, law)) if not hit.taken]
     held = [
-        r for law in result for r in law.rows[: 1 if law.way is not None or law.contact in limits else None]
-    ]
+        r for law in result for r in law.rows
+        if r == law.normal or not (law.way is not None or law.contact in limits)
+    ]  # fmt: skip
     for law in result:  # at the limit of friction it sticks if the others hold it
         W = before.matrix
         if law.contact in limits and np.linalg.matrix_rank(
@@ -216,14 +245,23 @@ def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
 
 def _is_at_limit(hit: Impact, law: Law) -> bool:
     """Return True for a contact that sticks at its limit of friction."""
-    most, friction = law.friction * law.impulse, float(np.linalg.norm(hit.impulses[law.rows[1:]]))
-    return law.way is None and len(law.rows) > 1 and most - friction <= AT_LIMIT * most
+    most, friction = law.friction * law.impulse, float(np.linalg.norm(hit.impulses[law.tangents]))
+    return law.way is None and bool(law.tangents) and most - friction <= AT_LIMIT * most
 
 
 def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], none: float) -> Law | None:
     """Return the law of a contact, None if it does not press."""
     scene, (before, after) = slopes.scene, seen
-    at, n, still = scene.first[k], scene.tangents[k], SLOW * hit.still
+    if slopes.model.contacts[k].loaded:
+        load = load_of_impact(slopes, hit, k)
+        law = Law(k, None, [], k, 0.0, 0.0, 0.0, load.size, 0.0, 0, None, None, None, load)
+        return _with_friction(slopes, hit, k, seen, law)
+    presser = scene.presser[k]
+    if presser >= 0:
+        N = float(hit.impulses[scene.first[presser]])
+        law = Law(k, None, [], presser, 0.0, 0.0, 0.0, N, 0.0, 0, None, None)
+        return _with_friction(slopes, hit, k, seen, law) if hit.taken or none < N else None
+    at, still = scene.first[k], SLOW * hit.still
     e, part = (0.0, 0.0) if hit.taken else (hit.part * float(before.restitution[k]), hit.part)
     speed, N, least, grown = float(before.rate[at]), float(hit.impulses[at]), 0.0, None
     rebound = after.rate[at] + e * speed
@@ -238,14 +276,24 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         return None
     if presses and hit.compressed is not None:
         e, part, grown = 0.0, 0.0, None
+    return _with_friction(
+        slopes, hit, k, seen, Law(k, at, [], k, e, part, speed, N, 0.0, 0, None, None, grown)
+    )
+
+
+def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:
+    """Return a law with its friction: stick, or slip along a direction."""
+    before, after = seen
+    at, n, still = slopes.scene.first[k], slopes.scene.tangents[k], SLOW * hit.still
     slip = after.rate[at + 1 : at + 1 + n]
     rests = np.linalg.norm(before.rate[at + 1 : at + 1 + n]) <= hit.still and hit.compressed is None
     place = 3 if rests else 0
     mu = float(slopes.laws_of(slopes.outputs(k, hit.t, hit.before), k)[place])
-    rows, way, turn, size = [at], None, None, float(np.linalg.norm(slip))
-    if n > 0 and mu != 0:
-        rows += range(at + 1, at + 1 + n)
-        if size > still:
-            way = slip / size
-            turn = (np.eye(n) - np.outer(way, way)) / size
-    return Law(k, rows, e, part, speed, N, mu, place, way, turn, grown)
+    law = law._replace(friction=mu, place=place)
+    if n == 0 or mu == 0:
+        return law
+    law, size = law._replace(tangents=list(range(at + 1, at + 1 + n))), float(np.linalg.norm(slip))
+    if size <= still:
+        return law
+    way = slip / size
+    return law._replace(way=way, turn=(np.eye(n) - np.outer(way, way)) / size)

@@ -151,7 +151,9 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
         a = slopes.accelerations(phase, t, y)
         for k, mode in enumerate(phase.modes):
             at = scene.first[k]
-            touches = mode == "open" and abs(seen.gap[k]) <= near and seen.reach[k] >= 0
+            touches = (
+                mode == "open" and abs(seen.gap[k]) <= near and seen.reach[k] >= 0 and scene.presser[k] < 0
+            )
             if (
                 touches
                 and k not in changed

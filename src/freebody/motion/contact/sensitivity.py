@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
@@ -20,9 +20,9 @@ from ..legs.sensitivity import (
     Sensitivity,
     check_sensitive,
     check_unswitched,
-    refuse_jumps,
     slopes_of,
 )
+from ..legs.switch_slopes import switching_laws
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
@@ -37,11 +37,6 @@ from .derivatives import Followed, follow
 from .motion import touching_motion_of
 from .slopes import NoDerivativesError, Slopes
 
-SPECIAL: dict[str, Callable[[Any], bool]] = {
-    "resistance to rolling or spinning": lambda contact: bool(contact.presser),
-    "friction under the load of a joint": lambda contact: contact.loaded,
-}
-"""What a contact may have that the derivatives lack."""
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
 
@@ -59,14 +54,6 @@ def has_events(request: Request) -> bool:
 def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
     model = request.model
-    for contact in model.contacts:
-        what = next((text for text, has in SPECIAL.items() if has(contact)), "")
-        if what:
-            name = contact.owner if contact.presser else contact.name
-            raise NoDerivativesError(
-                "Expected rigid contacts with friction and restitution alone for sensitivities=, but contact "
-                f"'{name}' has {what}. {CURE_OF_MACHINES}"
-            )
     if model.patches:
         raise NoDerivativesError(
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
@@ -107,28 +94,16 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     first = start_slopes(
         kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
     )
-    slopes = Slopes(kernels, unknowns, numbers)
+    slopes, variation = Slopes(kernels, unknowns, numbers), Variation(kernels, unknowns)
     with problem.progress() as between:
         trajectory, history = touching_motion_of(problem, between)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
-        followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
-    variation = Variation(kernels, unknowns)
-    for segment in followed.path.segments:
-        n = slopes.moved
-        path = segment.path
-        s = path.states[:, n + 2 :].reshape(len(path.times), len(unknowns), n)
-        refuse_jumps(variation, slopes.parameters, path.times, _widened(kernels, path.states[:, :n], s))
+        laws = switching_laws(variation, slopes.parameters)
+        followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
     course = cast(Touching, trajectory.course)
     trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))
     return trajectory
-
-
-def _widened(kernels: Any, y: Array, s: Array) -> Array:
-    """Return states and their derivatives as the programs of a smooth motion have them, where work may follow u."""
-    if kernels.works:
-        y, s = np.pad(y, ((0, 0), (0, 1))), np.pad(s, ((0, 0), (0, 0), (0, 1)))
-    return np.hstack([y, s.reshape(len(y), -1)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,13 +10,14 @@ with a θ for which r has nothing along v_T at the start of the piece, and read 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..ending import FAILED, End
+from ..legs.switch_slopes import SwitchingLaws, passed
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.scene import Phase
@@ -88,9 +89,22 @@ class VariationalPath:
         )
 
 
+class Switch(NamedTuple):
+    """A switch of a load in a phase: its time, the state there, the number of its law, the sign that e takes, and the
+    rate of e up to which it only touches zero.
+    """
+
+    time: float
+    state: Array
+    law: int
+    side: int
+    least: float
+
+
 def pieces(
-    slopes: Slopes, segment: Segment, S: Array, way: Callable[[Rates], Integration], between: Any
-) -> list[VariationalPath]:
+    slopes: Slopes, segment: Segment, S: Array, way: Callable[[Rates], Integration], between: Any,
+    laws: SwitchingLaws | None = None, switches: Sequence[Switch] = (),
+) -> list[VariationalPath]:  # fmt: skip
     """Return the pieces of a phase with its derivatives, from those at its start, shape (unknowns, (q, u)).
 
     Raises
@@ -102,9 +116,14 @@ def pieces(
     if not own.end > own.start:
         return [straight_path(slopes, segment, S)]
     times, contacts = _splits(slopes, phase, own)
+    at = {switch.time: switch for switch in switches}
+    times = sorted({*times, *at})
     states = own.sample(times[1:-1]) if len(times) > 2 else np.empty((0, slopes.moved + 2))
     r, shifts = S, np.zeros(len(S))
     for begin, end, y in zip(times[:-1], times[1:], [own.states[0], *states], strict=True):
+        if begin in at and laws is not None:
+            y, jump, tau = _switched(slopes, phase, laws, at[begin], r, shifts)
+            r = r + np.outer(tau - shifts, jump)
         later = _shifts(slopes, phase, (begin, own.end - own.start), y, (r, shifts), contacts)
         f = slopes.velocity(phase, begin, y)
         start = np.concatenate([y, (r + np.outer(later - shifts, f)).ravel()])
@@ -118,6 +137,17 @@ def pieces(
         result.append(VariationalPath(path, shifts, slopes, phase))
         r = result[-1].last
     return result
+
+
+def _switched(
+    slopes: Slopes, phase: Phase, laws: SwitchingLaws, switch: Switch, r: Array, shifts: Array
+) -> tuple[Array, Array, Array]:
+    """Return the state beyond a switch, the jump of the rates, and the derivatives of its time."""
+    before, after = (laws.beside(switch.law, switch.time, switch.state, x * switch.side) for x in (-1, 1))
+    f = [slopes.velocity(phase, *one) for one in (before, after)]
+    moment = switch.time, switch.state, r - np.outer(shifts, f[0]), switch.side
+    tau, jump = passed(laws, switch.law, moment, f, switch.least)
+    return after[1], jump, tau
 
 
 def straight_path(slopes: Slopes, segment: Segment, S: Array) -> VariationalPath:

@@ -26,10 +26,10 @@ from ...errors import SimulationError, nearest
 from ...model import Model
 from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
-from ..ending import FAILED
+from ..ending import FAILED, End
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
-from ..ode.dense_output import observe
+from ..ode.dense_output import Path, Rates, observe
 from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
@@ -40,10 +40,13 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
 from ..trajectory.in_legs import InLegs
 from ..trajectory.outputs import outputs_of
+from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
 from .number_derivatives import NumberDerivatives
+from .sided_variation import SidedVariation
+from .switch_slopes import check_others, least_rate, passed, switching_laws
 from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
@@ -127,38 +130,80 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    way = Integration(
-        rates, relative, watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
-        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2),
-    )  # fmt: skip
-    path = way.path(y, begin, p.end, absolute, between)
-    refuse_jumps(variation, parameters, path.times, path.states)
+    make = _Legs(problem, variation, parameters, method, between, absolute)
+    paths = make.paths(y, rates, relative)
+    path = (
+        paths[0] if len(paths) == 1 else Phases([Segment(part, kernels) for part in paths], paths[-1].status)
+    )
     return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
-def refuse_jumps(variation: Variation, parameters: Array, times: Array, states: Array) -> None:
-    """Refuse a run in which the rates jump at a time that moves with the unknowns.
+@dataclass(frozen=True, eq=False)
+class _Legs:
+    """The legs of a run with derivatives, between the switches of loads."""
 
-    There the derivatives jump by (f₋ - f₊) dt/dp, dt/dp = -De/e', which the variational equations of one side lack.
-    """
-    switches = variation.switches()
-    if switches is None:
-        return
-    program, texts = switches
-    constants = program.constants(parameters)
-    found = observe(program.address("switches"), program.outputs("switches"), times, states, constants)
-    columns = found.reshape(len(times), len(texts), -1)
-    e, jump = columns[:, :, 0], columns[:, :, -1]
-    moves = np.abs(columns[:, :, 1:-1]).max(axis=2) > 0
-    passed = (e[:-1] * e[1:] < 0) & ((jump[:-1] > 0) | (jump[1:] > 0)) & (moves[:-1] | moves[1:])
-    rows, laws = np.nonzero(passed)
-    if rows.size:
-        raise SimulationError(
-            f"The rates jump where {texts[laws[0]]} passes zero, between t = {times[rows[0]]:.6g} and "
-            f"{times[rows[0] + 1]:.6g} s, and this time moves with the unknowns of sensitivities=, whose "
-            "derivatives jump with it. End the run before, make the law continuous, such as tanh(x/w) for sign(x), or "
-            "take differences of runs with values= that differ."
-        )
+    problem: Problem
+    variation: Variation
+    parameters: Array
+    method: str
+    between: Progress
+    absolute: Array
+
+    def paths(self, y: Array, rates: Rates, relative: Array) -> list[Path]:
+        """Return the paths of all legs from a state with its derivatives; ``rates`` are those without switches."""
+        p, n = self.problem, self.problem.kernels.size
+        found = switching_laws(self.variation, self.parameters)
+        if found is None:
+            watch = watching(p.kernels, self.parameters, p.specs, p.expressions)
+            return [self.way(rates, watch, relative).path(y, p.begin, p.end, self.absolute, self.between)]
+        sided, t, paths = SidedVariation(p.kernels, self.variation.unknowns), p.begin, list[Path]()
+        signs = self.signs(sided, y, len(found.texts))
+        while True:
+            constants, rates = sided.at(self.parameters, signs, self.method)
+            way = self.way(rates, sided.watching(p.specs, p.expressions, constants), relative)
+            paths.append(way.path(y, t, p.end, self.absolute, self.between))
+            last, count = paths[-1], len(p.specs)
+            found = last.crossings[-1] if last.status == End.TERMINAL else None
+            last.crossings = tuple(x for x in last.crossings if x.number < count)
+            if found is None or found.number < count:
+                return paths
+            law, side = found.number - count, found.sign
+            t, y = last.end, last.states[-1].copy()
+            if side == -signs[law]:
+                laws, before = sided.laws(constants), _rates(rates, t, y, n)
+                signs[law] = side
+                after = _rates(sided.at(self.parameters, signs, self.method)[1], t, y, n)
+                least = least_rate(laws, law, last.times, last.states, float(p.tolerances.max(initial=0.0)))
+                tau, jump = passed(laws, law, (t, y, y[n:].reshape(-1, n), side), (before, after), least)
+                for j, one in enumerate(tau):
+                    y[n * (1 + j) : n * (1 + j) + laws.moved] += jump * one
+
+    def way(self, rates: Rates, watch: Any, relative: Array) -> Integration:
+        """Return how a leg is integrated."""
+        request = self.problem.request
+        return Integration(
+            rates, relative, watch, method=self.method, step=request.step,
+            max_step=request.longest_step, max_steps=most_steps(request.max_steps, rates.size + 2),
+        )  # fmt: skip
+
+    def signs(self, sided: SidedVariation, y: Array, count: int) -> Array:
+        """Return the sign of each law at the start: that of e, or of its rate where e is zero."""
+        t, n = self.problem.begin, self.problem.kernels.size
+        signs = np.ones(count)
+        for _ in range(2):  # an e that is zero has a rate, which may depend on other signs
+            constants, rates = sided.at(self.parameters, signs, self.method)
+            laws, f = sided.laws(constants), _rates(rates, t, y, n)
+            rows = laws.at(t, y)
+            speeds = rows[:, 1] + rows[:, 2 : 2 + laws.moved] @ f[: laws.moved]
+            signs = np.where(rows[:, 0] != 0, np.sign(rows[:, 0]), np.where(speeds < 0, -1.0, 1.0))
+        check_others(laws, -1, t, y, y[n:].reshape(-1, n), f)
+        return signs
+
+
+def _rates(rates: Rates, t: float, y: Array, n: int) -> Array:
+    """Return y' of a state with its derivatives, of the state alone."""
+    state = np.ascontiguousarray(y, dtype=float)
+    return observe(rates.address, rates.size, np.array([t]), state[None], rates.constants)[0, :n]
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,13 +25,15 @@ from ...model import Model
 from ...program.kernels import compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward, reverse
-from ...scalar.trace import CODES, Tape, Traced
+from ...scalar.trace import CODES, Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
 from ..kernels.program import Program
+from ..kernels.switches import value_of
 from ..ode.dense_output import Rates
 from ..trajectory.outputs import OfReaction
+from .switch_slopes import law_outputs
 
 Array = NDArray[np.float64]
 Functions = dict[str, Sequence[Scalar]]
@@ -93,6 +95,8 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
 class Variation:
     """The programs of a machine and of its variational equations."""
 
+    kind = "variation"
+
     def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown]) -> None:
         self.kernels, self.unknowns = kernels, tuple(unknowns)
 
@@ -119,7 +123,7 @@ class Variation:
 
     def series(self) -> Program:
         """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
-        key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, "series", tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -128,13 +132,25 @@ class Variation:
 
     def _traced(self) -> tuple[Tape, State, list[Scalar], list[list[Scalar]], list[Scalar]]:
         """Return tape, state, y, the s_j, parameters."""
-        model, tape = self.kernels.model, Tape()
+        model, tape = self.kernels.model, self._tape()
         state = traced_state(model, tape)
         y = [*state.q, *state.u]
         if self.kernels.works:
             y.append(tape.input("work done"))
         rows = [[tape.input(f"derivative {i} by {x.name}") for i in range(len(y))] for x in self.unknowns]
         return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
+
+    def _tape(self) -> Tape:
+        """Return the tape of the programs."""
+        return Tape()
+
+    def _constants(self, tape: Tape) -> list[Scalar]:
+        """Return the constants of a run that follow the parameters."""
+        return []
+
+    def _others(self, state: State) -> Functions:
+        """Return further functions of the program."""
+        return {}
 
     def _along(
         self, tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]], outputs: Sequence[Scalar]
@@ -154,7 +170,7 @@ class Variation:
 
         For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
         """
-        key = ("variation", tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -163,6 +179,7 @@ class Variation:
             functions: dict[str, Sequence[Any]] = {
                 "rates": rates,
                 "energy": [kinetic_energy(model, state), potential_energy(model, state)],
+                **self._others(state),
             }
             if self.kernels.active:
                 moved = moved_onto(self.kernels.model, state, self.kernels.active)
@@ -180,7 +197,8 @@ class Variation:
         rates = self._rates_of_state(state)
         along = self._along(tape, state, y, rows, rates)
         inputs = [*y, *(x for row in rows for x in row)]
-        return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
+        constants = [*parameters, *self._constants(tape)]
+        return tape, state, inputs, [*rates, *(x for row in along for x in row)], constants
 
     def _rates_of_state(self, state: State) -> list[Scalar]:
         """Return y'."""
@@ -216,34 +234,29 @@ class Variation:
     def switches(self) -> tuple[Program, tuple[str, ...]] | None:
         """Return the function ``switches`` and the texts of e for each jump of the rates where e passes zero, sign(e).
 
-        The function gives e, its derivatives by the unknowns, De, and Σ |∂u'/∂sign(e)| for each; None if there is no
-        jump.
+        The function gives e, its derivatives by t, by (q, u) and by the unknowns, and Σ |∂u'/∂sign(e)| for each; None
+        if there is no jump.
         """
         operations = self.kernels.operations
         if operations is not None and "sign" not in operations:
             return None
-        programs, model = self.kernels.programs, self.kernels.model
         names = tuple(unknown.name for unknown in self.unknowns)
-        key, texts_key = ("switches", names), f"switches {names}"
-        if key not in programs:
-            tape, state, y, rows, parameters = self._traced()
-            udot, texts = motion(model, state, self.kernels.active).udot, []
-            functions: list[Scalar] = []
-            for i in tape.used(udot):
-                if tape.op[i] != CODES["sign"]:
-                    continue
-                sign, e = tape.scalar(i), tape.scalar(tape.a[i])
-                jump: Scalar = 0
-                for slope in forward(tape, udot, [sign], [1]):
-                    jump = jump + (tape.apply("abs", slope) if isinstance(slope, Traced) else abs(slope))
-                functions += [e, *(row[0] for row in self._along(tape, state, y, rows, [e])), jump]
-                texts.append(str(tape.to_sympy(e)))
-            inputs = [*y, *(x for row in rows for x in row)]
-            compiled = compile_tape(tape, {"switches": functions}, state.t, inputs, parameters)
-            programs[key] = Program(compiled)
-            self.kernels.cache[texts_key] = tuple(texts)
+        texts_key = f"switches {names}"
+        model, texts = self.kernels.model, list[str]()
+
+        def functions(state: State) -> dict[str, list[Scalar]]:
+            tape = state.field
+            assert isinstance(tape, Tape)
+            udot = motion(model, state, self.kernels.active).udot
+            signs = [i for i in tape.used(udot) if tape.op[i] == CODES["sign"]]
+            pairs = [(tape.scalar(i), tape.scalar(tape.a[i])) for i in signs]
+            texts.extend(str(tape.to_sympy(e)) for _, e in pairs)
+            return {"switches": law_outputs(tape, state, udot, pairs, self.unknowns)}
+
+        program = self.kernels.program(("switches", names), functions)
+        self.kernels.cache.setdefault(texts_key, tuple(texts))
         texts_of_e: tuple[str, ...] = self.kernels.cache[texts_key]
-        return (programs[key], texts_of_e) if texts_of_e else None
+        return (program, texts_of_e) if texts_of_e else None
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""
@@ -264,7 +277,7 @@ class Variation:
             force, moment = all_reactions(model, state, moving)[quantity.joint]
             return quantity.of(force if quantity.what == "force" else moment, state.field.sqrt)
         if not isinstance(quantity, str):
-            return state(quantity)
+            return value_of(state, quantity)
         if quantity == "work":
             return y[-1] if self.kernels.works else 0
         if quantity == "work_rate":

@@ -3,6 +3,7 @@
     machine    of q', of h - Q of M u' + h - Q = 0, and of M w at fixed w
     mass       M
     group k    of each output of the contact's kernel (`candidates`), at the same place
+    bearings   of the levers and forces of joints whose load bounds their friction, also along accelerations and forces
 
 The direction is (s, τ, dp): changes of q and u, of time, and of parameters.
 """
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from ...dynamics import State, coordinate_rates
+from ...dynamics.bearing_loads import LOADED
 from ...dynamics.composite import mass_matrix
 from ...dynamics.contact_geometry import law_values, pressing
 from ...dynamics.linear import applied
@@ -25,9 +27,18 @@ from ..kernels.program import Program
 from .candidates import Candidates
 
 
-def along(state: State, outputs: Sequence[Scalar], symbols: Sequence[Any], given: Sequence[Scalar]) -> Any:
-    """Return the derivatives of outputs along (s, τ, dp); dp are changes of the parameters ``symbols``."""
-    wrt: list[Any] = [*state.q, *state.u, state.t, *(state.values[x] for x in symbols)]
+def along(
+    state: State,
+    outputs: Sequence[Scalar],
+    symbols: Sequence[Any],
+    given: Sequence[Scalar],
+    others: Sequence[Scalar] = (),
+) -> Any:
+    """Return the derivatives of outputs along (s, τ, dp); dp are changes of the parameters ``symbols``.
+
+    Changes of ``others``, further inputs, may follow.
+    """
+    wrt: list[Any] = [*state.q, *state.u, state.t, *(state.values[x] for x in symbols), *others]
     return forward(cast(Tape, state.field), outputs, wrt, given)
 
 
@@ -47,6 +58,24 @@ def normal_force_along(
     for part, change in zip(parts, along(state, inner, symbols, given), strict=True):
         total = total + part * change
     return total
+
+
+def bearing_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
+    """Function ``bearings``: the outputs of `Candidates.bearings`, of each joint with their derivatives behind them.
+
+    The inputs after the state are those of it, the direction, and their changes.
+    """
+    moved, count = candidates.model.n_q + candidates.model.n_u, candidates.inputs
+
+    def functions(state: State, given: Sequence[Scalar]) -> Mapping[str, Sequence[Any]]:
+        acting = given[:count]
+        loads = candidates.bearings_of(state, acting)["bearings"]
+        changes = along(state, loads, symbols, given[count:], acting)
+        joints = range(0, len(loads), LOADED)
+        return {"bearings": [x for i in joints for of in (loads, changes) for x in of[i : i + LOADED]]}
+
+    key = ("slopes of bearings", tuple(map(str, symbols)))
+    return candidates.kernels.program(key, functions, 2 * count + moved + 1 + len(symbols))
 
 
 def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:

@@ -5,21 +5,29 @@ With u' and λ at the state, and d(...) the derivative along the direction (s, �
     M du' = -d(M u' + h - Q) + Σ λ dW + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
 
 and dN W_N + d(-μ N d) W_T for a normal force N that the state gives (compliant contacts, friction of joints). With an
-adhesion A it is N + A that the conditions give and that friction has, and -dA W_N is a load.
+adhesion A it is N + A that the conditions give and that friction has, and -dA W_N is a load. Resistance to rolling and
+spinning has N + A of its contact.
 
 These are the equations of the phase (`closed_contacts`) with other right-hand sides: one solution of them more for each
 direction, with the same factors. Dependent conditions follow from the independent ones as long as the direction keeps
-to all of them.
+to all of them. Where they share their forces, λ = W G w with M w = G_aᵀ ν over independent rows, and
+
+    dλ = dW G w + W (dG w + G dw),      M dw = -dM w + dG_aᵀ ν + G_aᵀ dν
+
+with W = 1, and then, if nothing slips, W = N of these first forces for friction (`closed_contacts`).
+
+The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP is found as P is
+(`bearings`), by passes from 0, which contract as those do.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
 """
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, root
+from ...native.instructions import Reals, call, compiled, greater, root
 from . import laws
-from .bearings import solve
-from .closed_contacts import force_row, independent
+from .bearings import NEARLY, PASSES, SAME, solve
+from .closed_contacts import NAN, force_row, independent, weighted
 from .contact_outputs import (
     adhesion_of,
     force_of,
@@ -69,14 +77,18 @@ def load_along(it: PhaseSlopes, phase: PhaseData, z: Reals, r: int, force: float
 
 
 @compiled
+def row_change(it: PhaseSlopes, phase: PhaseData, r: int, w: Reals) -> float:
+    """Return the derivative of a row of the contacts times w, with w fixed, in the order of the speeds."""
+    columns, W, total = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :], 0.0
+    for p in range(phase.entries[r]):
+        total += W[p] * w[phase.order[columns[p]]]
+    return total
+
+
+@compiled
 def bias_along(it: PhaseSlopes, phase: PhaseData, k: int, j: int) -> float:
     """Return the derivative of W u' + b of a row, with u' fixed."""
-    r = phase.first[k] + j
-    columns, W = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :]
-    total = it.touch[phase.biases_at[k] + j]
-    for p in range(phase.entries[r]):
-        total += W[p] * phase.udot[phase.order[columns[p]]]
-    return total
+    return it.touch[phase.biases_at[k] + j] + row_change(it, phase, phase.first[k] + j, phase.udot)
 
 
 @compiled
@@ -95,10 +107,19 @@ def turn_friction(it: PhaseSlopes, phase: PhaseData) -> None:
 
 
 @compiled
+def given_change(it: PhaseSlopes, phase: PhaseData, k: int) -> float:
+    """Return the derivative of the normal force that the state gives a contact, or its presser; 0 of a rigid one."""
+    presser = phase.presser[k]
+    if presser < 0:
+        return it.touch[phase.laws_at[k] + 4] + it.pressure[k]
+    return it.touch[phase.laws_at[presser] + 4] if phase.held[presser] != 0 else 0.0
+
+
+@compiled
 def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
     """Set the derivatives of the normal forces that the state gives, and of friction by these; add their loads to z.
 
-    Adhesions are such loads, too.
+    Adhesions are such loads, too, and moments that resist rolling and spinning turn, whatever presses them.
     """
     spare = phase.spare
     for i in range(phase.closed_count):
@@ -106,7 +127,7 @@ def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
         if phase.held[k] != 0:
             N, change, at, slip = (
                 force_of(phase, k)[0],
-                it.touch[phase.laws_at[k] + 4],
+                given_change(it, phase, k),
                 phase.first[k],
                 phase.pushed[k],
             )
@@ -124,29 +145,200 @@ def push_along(it: PhaseSlopes, phase: PhaseData) -> None:
 
 
 @compiled
-def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
-    """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved."""
-    n, z = it.n, it.z
+def rubbed(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, change: float) -> None:
+    """Set the derivatives of the friction of a slip by those of its normal force, and of its direction."""
+    N = force_of(phase, k)[0] + adhesion_of(phase, k)
+    for j in range(phase.tangents[k]):
+        it.force[phase.first[k] + 1 + j] = change * phase.share[k, j] + N * turned(it, phase, k, slip, j)
+
+
+@compiled
+def condition_force(phase: PhaseData, i: int) -> float:
+    """Return λ of a condition of a phase that is solved."""
+    k = phase.source[i]
+    if k < 0:
+        return phase.multiplier[phase.number[-1 - k]]
+    return force_of(phase, k)[phase.row_of[i]] + (adhesion_of(phase, k) if phase.row_of[i] == 0 else 0.0)
+
+
+@compiled
+def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Reals) -> None:
+    """Set ``shares`` to W (dG w + G M⁻¹ (-dM w + dG_aᵀ ν)) of all conditions, whose forces W G w are shared."""
+    n, z, w = it.n, it.z, phase.step
+    for i in range(phase.conditions):
+        phase.right[i] = forces[i] / phase.weight[i]
+    independent(phase, phase.independent, phase.active, 0)
+    for p in range(n):
+        w[p] = 0.0
+    for i in range(phase.conditions):
+        G = phase.G[i]
+        for p in range(n):
+            w[p] += phase.lam[i] * G[p]
+    moved(phase, w, it.udot)
+    for p in range(n):
+        it.w[p] = it.udot[p]
     it.machine(t, it.given, it.machine_c, it.q_dot)
     for p in range(n):
-        i = phase.order[p]
-        z[p] = -(it.bias[i] + it.inertia[i])
+        z[p] = -it.inertia[phase.order[p]]
+    for i in range(phase.conditions):
+        load_along(it, phase, z, phase.first[phase.source[i]] + phase.row_of[i], phase.lam[i])
+    forwarded(phase, z)
+    for i in range(phase.conditions):
+        own = row_change(it, phase, phase.first[phase.source[i]] + phase.row_of[i], it.udot)
+        shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
+
+
+@compiled
+def first_shares(it: PhaseSlopes, phase: PhaseData) -> int:
+    """Set ``firsts`` to the forces of equal compliance with W = 1, and ``weights`` to the last W; return 0 if a
+    contact without load has none, else 1.
+    """
+    good = 1
+    for i in range(phase.conditions):
+        it.weights[i] = phase.weight[i]
+        if not phase.weight[i] > 0.0:
+            good = 0
+    for i in range(phase.conditions):
+        phase.weight[i] = 1.0
+    for a in range(phase.active):
+        total = 0.0
+        for i in range(phase.conditions):
+            total += phase.S[i, a] * condition_force(phase, i)
+        phase.right[phase.independent[a]] = total
+    weighted(phase)
+    for i in range(phase.conditions):
+        it.firsts[i] = phase.lam[i]
+    return good
+
+
+@compiled
+def set_weights(phase: PhaseData, weights: Reals) -> None:
+    """Set W."""
+    for i in range(phase.conditions):
+        phase.weight[i] = weights[i]
+
+
+@compiled
+def shared_change(it: PhaseSlopes, phase: PhaseData, shares: Reals) -> None:
+    """Set λ of all conditions to the derivatives of forces of equal compliance for ``right``."""
+    for a in range(phase.active):
+        for i in range(phase.conditions):
+            phase.right[phase.independent[a]] -= phase.S[i, a] * shares[i]
+    weighted(phase)
+    for i in range(phase.conditions):
+        phase.lam[i] += shares[i]
+
+
+@compiled
+def sharing_of(t: float, it: PhaseSlopes, phase: PhaseData) -> int:
+    """Prepare the derivatives of shared forces; return 0 if there are none, 1 if W = 1, 2 if it is that of friction."""
+    if phase.conditions == phase.active:
+        return 0
+    for i in range(phase.conditions):
+        it.forces[i] = condition_force(phase, i)
+    if phase.slipping != 0:
+        lean(t, it, phase, it.forces, it.shares)
+        return 1
+    if first_shares(it, phase) == 0:
+        set_weights(phase, it.weights)
+        return -1
+    lean(t, it, phase, it.firsts, it.first_leans)
+    set_weights(phase, it.weights)
+    lean(t, it, phase, it.forces, it.shares)
+    return 2
+
+
+@compiled
+def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
+    """Set ``udot`` and ``force`` to the derivatives of the accelerations and forces of a phase that is solved.
+
+    Forces are NAN where contacts without load share them.
+    """
     for i in range(phase.closed_count):
         k = phase.closed[i]
         call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
-        F = force_of(phase, k)
-        for j in range(1 + phase.tangents[k]):
-            load_along(it, phase, z, phase.first[k] + j, F[j])
-    for r in range(it.rows):
-        it.force[r] = 0.0
-    turn_friction(it, phase)
-    push_along(it, phase)
-    forwarded(phase, z)
-    for i in range(phase.conditions):
-        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
-        phase.right[i] = -(change + product(phase.G[i], z, n))
-    if phase.active > 0:
-        independent(phase, phase.independent, phase.active, phase.slipping)
+    sharing = sharing_of(t, it, phase)
+    for p in range(it.n):
+        it.w[p] = phase.udot[p]
+    it.machine(t, it.given, it.machine_c, it.q_dot)
+    for k in range(it.contacts):
+        it.pressure[k] = 0.0
+    balanced(it, phase, sharing)
+    if phase.loaded_count > 0 and borne(t, it, phase, sharing) == 0:
+        it.udot[0] = NAN
+    if sharing < 0:
+        for r in range(it.rows):
+            it.force[r] = NAN
+
+
+@compiled
+def borne(t: float, it: PhaseSlopes, phase: PhaseData, sharing: int) -> int:
+    """Find the derivatives of the loads of joints; return 0 if the passes do not come to them, else 1."""
+    last = 1.0
+    for _ in range(PASSES):
+        change = bear_along(t, it, phase)
+        if change <= SAME or NEARLY >= change >= last:
+            return 1
+        balanced(it, phase, sharing)
+        last = change
+    return 0
+
+
+@compiled
+def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
+    """Set the derivatives of loads to those by the present ones of accelerations and forces; return their greatest
+    change, relative to the greatest.
+    """
+    change, most, at, size = 0.0, 0.0, it.n_q + it.n, it.n + it.rows
+    acting, direction = it.borne[at:], it.borne[at + size :]
+    for i in range(at):
+        it.borne[i] = it.given[i]
+    for i in range(at + 1 + it.symbols):  # τ and dp follow s
+        direction[i] = it.s[i]
+    for i in range(it.n):
+        acting[i], it.ways[i] = phase.udot[i], it.udot[i]
+    for i in range(it.rows):
+        acting[it.n + i], it.ways[it.n + i] = phase.force[i], it.force[i]
+    it.bearings(t, it.borne, it.bearings_c, it.bearing)
+    for j in range(phase.loaded_count):
+        k, F, dF, load = phase.loaded[j], it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
+        for place in range(2):
+            square, along = 0.0, 0.0
+            for i in range(1 + 3 * place, 4 + 3 * place):
+                square += F[i] * F[i]
+                along += F[i] * dF[i]
+            if square > 0.0:
+                load += dF[0] * root(square) + F[0] * along / root(square)
+        change, most = greater(change, abs(load - it.pressure[k])), greater(most, abs(load))
+        it.pressure[k] = load
+    return change / most if most > 0.0 else 0.0
+
+
+@compiled
+def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
+    """Set ``udot`` and ``force`` for the present derivatives of loads."""
+    n, z, weight = it.n, it.z, phase.weight
+    if sharing == 2:
+        for i in range(phase.conditions):
+            weight[i] = 1.0
+        goals(it, phase, 1)
+        shared_change(it, phase, it.first_leans)
+        for i in range(phase.conditions):
+            k, change = phase.source[i], 0.0
+            if phase.normal_of[i] >= 0:
+                change = phase.lam[phase.normal_of[i]]
+            elif phase.held[k] != 0:
+                change = given_change(it, phase, k)
+            it.turns[i] = it.shares[i] + change * it.forces[i] / it.weights[i]
+        set_weights(phase, it.weights)
+        goals(it, phase, 0)
+        shared_change(it, phase, it.turns)
+    else:
+        goals(it, phase, 0)
+        if sharing == 1:
+            shared_change(it, phase, it.shares)
+        elif phase.active > 0:
+            independent(phase, phase.independent, phase.active, phase.slipping)
     for i in range(phase.conditions):
         K = force_row(phase, i)
         for p in range(n):
@@ -156,12 +348,39 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
         pull = it.touch[phase.laws_at[k] + 5] if phase.row_of[i] == 0 else 0.0
         it.force[phase.first[k] + phase.row_of[i]] = x - pull
         if phase.slip[i] != laws.NO_SLIP:
-            N = force_of(phase, k)[0] + adhesion_of(phase, k)
-            for j in range(phase.tangents[k]):
-                it.force[phase.first[k] + 1 + j] = x * phase.share[k, j] + N * turned(
-                    it, phase, k, phase.slip[i], j
-                )
+            rubbed(it, phase, k, phase.slip[i], x)
+        r = k + 1
+        while phase.row_of[i] == 0 and r < phase.contacts and phase.presser[r] == k:
+            it.force[phase.first[r]] = x
+            if phase.pushed[r] != laws.NO_SLIP:
+                rubbed(it, phase, r, phase.pushed[r], x)
+            r += 1
     moved(phase, z, it.udot)
+
+
+@compiled
+def goals(it: PhaseSlopes, phase: PhaseData, first: int) -> None:
+    """Set ``right`` of all conditions, and z, for the forces of the phase, or those of the ``first`` shares (1)."""
+    n, z = it.n, it.z
+    for p in range(n):
+        i = phase.order[p]
+        z[p] = -(it.bias[i] + it.inertia[i])
+    for i in range(phase.closed_count):
+        k = phase.closed[i]
+        F = force_of(phase, k)
+        for j in range(1 + phase.tangents[k]):
+            load_along(it, phase, z, phase.first[k] + j, F[j])
+    for i in range(phase.conditions if first != 0 else 0):
+        r = phase.first[phase.source[i]] + phase.row_of[i]
+        load_along(it, phase, z, r, it.firsts[i] - it.forces[i])
+    for r in range(it.rows):
+        it.force[r] = 0.0
+    turn_friction(it, phase)
+    push_along(it, phase)
+    forwarded(phase, z)
+    for i in range(phase.conditions):
+        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
+        phase.right[i] = -(change + product(phase.G[i], z, n))
 
 
 @compiled

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
+from ...dynamics.bearing_loads import LOADED
 from ...native.records import Count, Kernel, Record, Row, Rows, Wholes, record
 from ..ode.dense_output import Array
-from .candidate_slopes import candidate_slopes
+from .candidate_slopes import bearing_slopes, candidate_slopes
 
 
 @record
@@ -25,11 +26,17 @@ class PhaseSlopes(Record):
     ``touch``                   outputs of the contacts, at the places of those of their own kernels
     ``udot``, ``force``         derivatives of the accelerations and of the contact forces
     ``z``                       numbers for each speed
+    ``forces``, ``firsts``      λ of each condition, and those that W = 1 gives; ``weights``: the last W
+    ``shares``, ``first_leans``, ``turns``    what these change at once, and with W
+    ``pressure``                derivatives of the loads of joints, of each contact
+    ``bearings``, ``bearing``   kernel of `bearing_slopes`, and its outputs; its inputs ``borne``: (q, u), accelerations
+                                and forces, the direction, and their derivatives ``ways``
     """
 
     n_q: Count
     n: Count
     rows: Count
+    conditions: Count
     unknowns: Count
     symbols: Count
     contacts: Count
@@ -38,6 +45,8 @@ class PhaseSlopes(Record):
     machine: Kernel
     machine_c: Annotated[Row, "of_machine"]
     touching: Annotated[Wholes, "contacts"]
+    bearings: Kernel
+    bearings_c: Annotated[Row, "of_bearings"]
     seeds: Annotated[Rows, "unknowns", "most_symbols"]
     shifts: Annotated[Row, "unknowns"]
     given: Annotated[Row, "inputs"]
@@ -51,6 +60,16 @@ class PhaseSlopes(Record):
     udot: Annotated[Row, "n"]
     force: Annotated[Row, "rows"]
     z: Annotated[Row, "n"]
+    forces: Annotated[Row, "conditions"]
+    firsts: Annotated[Row, "conditions"]
+    weights: Annotated[Row, "conditions"]
+    shares: Annotated[Row, "conditions"]
+    first_leans: Annotated[Row, "conditions"]
+    turns: Annotated[Row, "conditions"]
+    pressure: Annotated[Row, "contacts"]
+    borne: Annotated[Row, "of_borne"]
+    ways: Row
+    bearing: Annotated[Row, "of_bearing"]
 
 
 def phase_slopes(
@@ -59,12 +78,20 @@ def phase_slopes(
     """Return the constants of a phase with derivatives; ``phase`` are those of the phase alone."""
     model, pattern = scene.model, scene.candidates.pattern
     program, n, n_q, m = candidate_slopes(scene.candidates, symbols), model.n_u, model.n_q, len(symbols)
-    constants = program.constants(parameters)
+    constants, loaded = program.constants(parameters), len(scene.loaded)
+    bearings = bearing_slopes(scene.candidates, symbols) if loaded else None
+    of_bearings = bearings.constants(parameters) if bearings else constants[:0]
+    at, size = n_q + n, n + scene.rows
     it = PhaseSlopes.made(
         n_q=n_q, n=n, rows=scene.rows, unknowns=len(seeds), symbols=m, contacts=len(scene.first),
         most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
         machine_outputs=n_q + 2 * n, contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
+        conditions=scene.candidates.own + scene.rows, of_bearings=of_bearings.size, of_borne=2 * (at + size) + 1 + m,
+        of_bearing=2 * LOADED * loaded,
     )  # fmt: skip
+    if bearings:
+        it.bearings, it.bearings_c[: of_bearings.size] = bearings.address("bearings"), of_bearings
+    it.ways = it.borne[2 * at + size + 1 + m :]
     it.machine_c[: constants.size] = constants
     it.machine, it.phase = program.address("machine"), phase
     it.touching[:] = [program.address(f"contact {k}") for k in range(len(scene.first))]

@@ -224,14 +224,6 @@ def pushed(load):
     return s
 
 
-@pytest.mark.parametrize(("load", "law"), [("-k*sign(x)", "x"), ("k*sign(sin(k*t)) - k*x", r"sin\(k\*t\)")])
-def test_a_jump_of_rates_that_moves_with_an_unknown_is_refused(load, law):
-    with pytest.raises(
-        fb.FreebodyError, match=rf"The rates jump where {law} passes zero, between .* make the law cont"
-    ):
-        fb.simulate(pushed(load), 4, initial={"x": 1}, sensitivities=["k"])
-
-
 def test_rates_that_jump_later_or_at_a_fixed_time_or_do_not_jump_have_derivatives():
     early = fb.simulate(pushed("-k*sign(x)"), 1, initial={"x": 1}, sensitivities=["k"])
     assert early.sensitivity["x", "k"][-1] == pytest.approx(-1 / 2, abs=1e-9)  # x = 1 - k t²/2

@@ -1,0 +1,103 @@
+"""Derivatives of the load of a joint in an impact: the impulses of its reaction bound that of its friction.
+
+    P = r (|F_a| + |F_b|),      dP = dr (|F_a| + |F_b|) + r (F_a·dF_a/|F_a| + F_b·dF_b/|F_b|)
+
+F is affine in the accelerations and forces of a motion: the jump of the speeds and the impulses take their place, and
+what F is without them is taken away (`events.loaded_impacts`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.bearing_loads import LOADED
+from ..ode.dense_output import Array, outputs_at
+from ..phase.candidate_slopes import bearing_slopes
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """The load of a joint in an impact.
+
+    ``size``          P, and its derivatives ``by_jump`` of the speeds, and ``by_impulses`` of all rows
+    ``slopes``        `contact.slopes.Slopes`
+    """
+
+    size: float
+    by_jump: Array
+    by_impulses: Array
+    slopes: Any
+    hit: Any
+    place: int
+
+    def change(self, j: int, s: Array, tau: float) -> float:
+        """Return dP for a change of the state before by s with the unknown j, at fixed speeds after and impulses."""
+        n_q, n = self.slopes.model.n_q, self.slopes.model.n_u
+        still = np.concatenate([s[:n_q], np.zeros(n)])
+        along = _Bearing(self.slopes, self.hit, self.place).along(still, tau, self.slopes.seeds[j])
+        return along - float(self.by_jump @ s[n_q:])
+
+
+def load_of_impact(slopes: Any, hit: Any, k: int) -> Load:
+    """Return the load of the joint of a contact in an impact."""
+    bearing = _Bearing(slopes, hit, slopes.scene.loaded.index(k))
+    return Load(bearing.size, *bearing.gradient(), slopes, hit, bearing.place)
+
+
+class _Bearing:
+    """The bearing of a joint, by its number, in an impact."""
+
+    def __init__(self, slopes: Any, hit: Any, place: int) -> None:
+        self.slopes, self.hit, self.place = slopes, hit, place
+        n_q, n, rows = slopes.model.n_q, slopes.model.n_u, slopes.scene.rows
+        self.moved, self.sizes = n_q + n, (n, rows)
+        jump = (hit.after - hit.before)[n_q : self.moved]
+        self.acting, self.still = np.concatenate([jump, hit.impulses]), np.zeros(n + rows)
+        zero = np.zeros(self.moved + 1 + len(slopes.symbols))
+        self.forces = (
+            self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
+        )
+        self.lever = self._outputs(self.still, zero, self.still)[0][0]
+
+    @property
+    def size(self) -> float:
+        """P."""
+        return float(self.lever * sum(np.linalg.norm(F) for F in self._places(self.forces)))
+
+    def along(self, s: Array, tau: float, dp: Array) -> float:
+        """Return dP along a direction, at a fixed jump and fixed impulses."""
+        direction = np.concatenate([s, [tau], dp])
+        with_all = self._outputs(self.acting, direction, self.still)[1]
+        without = self._outputs(self.still, direction, self.still)[1]
+        return float(without[0]) * self.size / self.lever + self._turned(with_all - without)
+
+    def gradient(self) -> tuple[Array, Array]:
+        """Return the derivatives of P by the jump of the speeds and by the impulses of all rows."""
+        zero = np.zeros(self.moved + 1 + len(self.slopes.symbols))
+        whole = np.array(
+            [self._turned(self._outputs(self.acting, zero, unit)[1]) for unit in np.eye(sum(self.sizes))]
+        )
+        return whole[: self.sizes[0]], whole[self.sizes[0] :]
+
+    def _turned(self, change: Array) -> float:
+        """Return r Σ F·dF/|F|."""
+        pairs = zip(self._places(self.forces), self._places(change), strict=True)
+        return float(self.lever * sum(F @ dF / np.linalg.norm(F) for F, dF in pairs if F.any()))
+
+    def _places(self, outputs: Array) -> tuple[Array, Array]:
+        """Return the forces at the two places."""
+        return outputs[1:4], outputs[4:7]
+
+    def _outputs(self, acting: Array, direction: Array, change: Array) -> tuple[Array, Array]:
+        """Return the outputs of the bearing, and their derivatives."""
+        slopes, at = self.slopes, 2 * LOADED * self.place
+        program = bearing_slopes(slopes.scene.candidates, slopes.symbols)
+        given = np.concatenate([self.hit.before[: self.moved], acting, direction, change])
+        constants = program.constants(slopes.parameters)
+        found = outputs_at(
+            program.address("bearings"), program.outputs("bearings"), self.hit.t, given, constants
+        )
+        return found[at : at + LOADED], found[at + LOADED : at + 2 * LOADED]

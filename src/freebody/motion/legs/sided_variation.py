@@ -1,0 +1,111 @@
+"""The variational equations of a machine whose loads switch, on one side of every switch.
+
+A law that switches has sign(e). Here each sign is a constant of the run, so that the rates are smooth up to the switch
+and beyond it, and e passes zero as any event does. At a switch the run goes on with the other sign (`switch_slopes`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State
+from ...dynamics.motion import motion
+from ...program.kernels import compile_tape
+from ...scalar.algebra import Scalar
+from ...scalar.trace import Tape, Traced
+from ..kernels.program import Program
+from ..kernels.switches import value_of
+from ..ode.dense_output import Array, Rates, Watch
+from .switch_slopes import SwitchingLaws, law_outputs
+from .variation import Functions, Variation
+
+
+class SidedTape(Tape):
+    """A tape whose signs are inputs while it is ``sided``; ``sides`` are these inputs with their e."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sided = False
+        self.sides: dict[int, tuple[Traced, Traced]] = {}
+
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """Return a function of scalars, a sign as an input."""
+        x = arguments[0]
+        if not self.sided or function != "sign" or not isinstance(x, Traced):
+            return super().apply(function, *arguments)
+        if x.minus is not None:
+            return -self.apply(function, x.minus)
+        e = self.node(x)
+        if e.index not in self.sides:
+            self.sides[e.index] = self.input(f"side {len(self.sides)}"), e
+        return self.sides[e.index][0]
+
+
+class SidedVariation(Variation):
+    """The programs of a machine and of its variational equations; their parameters are followed by the signs."""
+
+    kind = "sided variation"
+
+    def _tape(self) -> Tape:
+        return SidedTape()
+
+    def _rates_of_state(self, state: State) -> list[Scalar]:
+        tape = state.field
+        assert isinstance(tape, SidedTape)
+        tape.sided = True
+        rates = super()._rates_of_state(state)
+        tape.sided = False
+        return rates
+
+    def _constants(self, tape: Tape) -> list[Scalar]:
+        assert isinstance(tape, SidedTape)
+        return [side for side, _ in tape.sides.values()]
+
+    def _others(self, state: State) -> Functions:
+        """Return the function ``switches``; the texts of all e go to the cache of the machine."""
+        tape = state.field
+        assert isinstance(tape, SidedTape)
+        tape.sided = True
+        udot = motion(self.kernels.model, state, self.kernels.active).udot
+        tape.sided = False
+        self.kernels.cache[self._texts] = tuple(str(tape.to_sympy(e)) for _, e in tape.sides.values())
+        pairs = list(tape.sides.values())
+        return {"switches": law_outputs(tape, state, udot, pairs, self.unknowns)}
+
+    @property
+    def _texts(self) -> str:
+        return f"sides {tuple(unknown.name for unknown in self.unknowns)}"
+
+    def laws(self, parameters: Array) -> SwitchingLaws:
+        """Return the laws that switch, at values of the parameters and signs."""
+        program, model = self.program(), self.kernels.model
+        texts, moved = self.kernels.cache[self._texts], model.n_q + model.n_u
+        return SwitchingLaws(program, texts, program.constants(parameters), moved, len(self.unknowns))
+
+    def at(self, parameters: Array, signs: Array, method: str) -> tuple[Array, Rates]:
+        """Return parameters with signs, and the rates there."""
+        both = np.concatenate([parameters, signs])
+        return both, self.rates(both, method)
+
+    def watching(self, specs: Sequence[Any], expressions: Sequence[Any], parameters: Array) -> Watch:
+        """Return the events of the user, and after them those at which a law switches, which end a leg."""
+        key = ("watched with sides", tuple(expressions))
+        programs = self.kernels.programs
+        if key not in programs:
+            tape, state, y, _, own = self._traced()
+            self._rates_of_state(state)
+            values = [value_of(state, x) for x in expressions]
+            assert isinstance(tape, SidedTape)
+            values += [e for _, e in tape.sides.values()]
+            compiled = compile_tape(tape, {"values": values}, state.t, y, [*own, *self._constants(tape)])
+            programs[key] = Program(compiled)
+        program = programs[key]
+        count = program.outputs("values") - len(specs)
+        directions, terminal = [spec.direction for spec in specs], [spec.terminal for spec in specs]
+        return Watch(
+            program.address("values"), (*directions, *[0] * count), (*terminal, *[True] * count),
+            program.constants(parameters), program,
+        )  # fmt: skip
