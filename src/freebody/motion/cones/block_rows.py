@@ -74,6 +74,15 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
         k += n
 
 
+@hot
+@compiled
+def wipe(blocks: Blocks, r: int, v: Reals) -> None:
+    """Set the speeds of the blocks of row r to zero."""
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        for i in range(blocks.starts[blocks.pieces[p]], blocks.starts[blocks.pieces[p] + 1]):
+            v[i] = 0.0
+
+
 @compiled
 def magnitude(blocks: Blocks, r: int, W: Reals, u: Reals, v: Reals) -> float:
     """Return Σ |W_ri (u + v)_i|."""

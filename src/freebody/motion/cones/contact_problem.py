@@ -152,16 +152,17 @@ class Newton(Record):
 
 @record
 class Dense(Record):
-    """Memory of `dual`: matrices of the rows of a small problem.
+    """Memory of `dual`.
 
-    ``A``, ``U``         W Xᵀ; the factor of a part of it, Uᵀ U
-    ``entries``          numbers for one row
+    ``most``             limit on the rows of a problem
+    ``U``                factor of W Xᵀ of the rows that are held, Uᵀ U
+    ``entries``, ``w``   numbers for one row: beside those that are held; of its speeds
     ``place``, ``among``      place of a row among those that are held, or -1; row at a place
     """
 
     most: Count
-    A: Annotated[Row, "squares"]
     U: Annotated[Row, "squares"]
     entries: Annotated[Row, "most"]
+    w: Annotated[Row, "n"]
     place: Annotated[Wholes, "most"]
     among: Annotated[Wholes, "most"]

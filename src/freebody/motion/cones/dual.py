@@ -11,34 +11,15 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, hot, root
-from .block_rows import add, along, block_product, dot
-from .cone import add_all, residual
+from ...native.instructions import compiled, hot, lesser, root
+from .block_rows import add, along, dot, wipe
+from .cone import add_all, rate, residual
 from .contact_problem import DEPENDENT, NORMAL, ContactProblem, Dense
 
 CHANGES = 10
 """Limit on the conditions that the dual method takes in, for each row of the problem."""
-
-
-@hot
-@compiled
-def lay_dense(problem: ContactProblem, dense: Dense) -> None:
-    """Set A = W Xᵀ, which is symmetric."""
-    blocks, m, A = problem.blocks, problem.count, dense.A
-    for a in range(m):
-        for c in range(a + 1):
-            r, q, total = problem.rows[a], problem.rows[c], 0.0
-            i = blocks.at[r]
-            for p in range(blocks.first[r], blocks.first[r + 1]):
-                b, j = blocks.pieces[p], blocks.at[q]
-                size = blocks.starts[b + 1] - blocks.starts[b]
-                for s in range(blocks.first[q], blocks.first[q + 1]):
-                    other = blocks.pieces[s]
-                    if other == b:
-                        total += block_product(problem.W[i:], problem.X[j:], size)
-                    j += blocks.starts[other + 1] - blocks.starts[other]
-                i += size
-            A[a * m + c] = A[c * m + a] = total
+NEARLY = 0.5
+"""Part of the greatest violation from which on conditions are taken in before all are looked at again."""
 
 
 @compiled
@@ -54,52 +35,63 @@ def is_bare(problem: ContactProblem) -> int:
 @compiled
 def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     """Set x to the solution of a problem without friction from zero, by the dual method; return its residual."""
-    m, n, r, place = problem.count, 0, problem.r, dense.place
+    m, n, r, place, small = problem.count, 0, problem.r, dense.place, 0.5 * goal * problem.reference
     for a in range(m):
-        problem.x[a], r[a], place[a] = 0.0, problem.b[a], -1
+        problem.x[a], place[a] = 0.0, -1
     for k in range(problem.blocks.n):
-        problem.v[k] = 0.0
+        problem.v[k], dense.w[k] = 0.0, 0.0
     for _ in range(CHANGES * m):
-        p, worst = -1, -0.5 * goal * problem.reference
+        worst = -small
         for a in range(m):
-            if place[a] < 0 and r[a] < worst and dense.A[a * m + a] > 0.0:
-                p, worst = a, r[a]
-        if p < 0:
+            r[a] = rate(problem, a) if place[a] < 0 and problem.scale[a] > 0.0 else 0.0
+            worst = lesser(worst, r[a])
+        if worst == -small:
             break
-        n = hold(problem, dense, p, n)
-        if n < 0:
-            return math.inf
         for a in range(m):
-            r[a] = problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
+            if r[a] <= NEARLY * worst and place[a] < 0 and rate(problem, a) <= NEARLY * worst:
+                n = hold(problem, dense, a, n)
+                if n < 0:
+                    return math.inf
     add_all(problem)
     return residual(problem)
 
 
 @hot
 @compiled
-def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
-    """Take in condition p beside the n that are held; return the new number, or -1 where none can be let go.
+def beside(problem: ContactProblem, dense: Dense, p: int, n: int) -> float:
+    """Set d and column n of U to those of condition p beside n that are held; return the rest of its diagonal.
 
-    Uᵀ U = A of those that are held, and A d = A_p of them.
+    Uᵀ U = A of those that are held, and Uᵀ d = A_p of them.
     """
-    m, A, U, d, x, among = problem.count, dense.A, dense.U, dense.entries, problem.x, dense.among
+    blocks, rows, m, U, d, w = problem.blocks, problem.rows, problem.count, dense.U, dense.entries, dense.w
+    add(blocks, rows[p], problem.W, 1.0, w)
+    rest = along(blocks, rows[p], problem.X, w)
+    for i in range(n):
+        d[i] = along(blocks, rows[dense.among[i]], problem.X, w)
+    wipe(blocks, rows[p], w)
+    for i in range(n):  # sums side by side, not one after another
+        row = U[i * m :]
+        part = d[i] / row[i]
+        for k in range(i + 1, n):
+            d[k] -= part * row[k]
+        d[i], row[n] = part, part
+        rest -= part * part
+    return rest
+
+
+@hot
+@compiled
+def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
+    """Take in condition p beside the n that are held; return the new number, or -1 where none can be let go."""
+    m, U, d, x, among = problem.count, dense.U, dense.entries, problem.x, dense.among
     blocks, rows, v = problem.blocks, problem.rows, problem.v
     while True:
-        rest = A[p * m + p]
-        for i in range(n):
-            d[i] = A[p * m + among[i]]
-        for i in range(n):  # sums side by side, not one after another
-            row = U[i * m :]
-            part = d[i] / row[i]
-            for k in range(i + 1, n):
-                d[k] -= part * row[k]
-            d[i], row[n] = part, part
-            rest -= part * part
+        rest = beside(problem, dense, p, n)
         for i in range(n - 1, -1, -1):
             row = U[i * m :]
             d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
         far, freed = math.inf, -1
-        if rest > DEPENDENT * A[p * m + p]:
+        if rest > DEPENDENT * problem.scale[p]:
             far = -(problem.b[p] + along(blocks, rows[p], problem.W, v)) / rest
         for i in range(n):
             if d[i] > 0.0 and x[among[i]] < far * d[i]:

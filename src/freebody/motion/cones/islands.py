@@ -21,7 +21,7 @@ from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
-from .dual import is_bare, lay_dense, take_in
+from .dual import is_bare, take_in
 from .newton import DENSE, DRIFT, balance, reach, solve
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
@@ -44,6 +44,7 @@ class Islands(Record):
     """Memory of this file.
 
     ``speeds``, ``rows``  room for one island;  ``steps``: number of all Newton steps
+    ``touching`` rows of each block, from ``at`` on
     ``parent``   a block of the same island, itself for the first one;  ``worst``: greatest violation of a law in it
     ``place``    number of a block in the island;  ``order``: its blocks;  ``own``: rows of the problem in the island
     ``part``     the island as a problem of its own
@@ -53,6 +54,8 @@ class Islands(Record):
     speeds: Count
     rows: Count
     steps: Whole
+    touching: Wholes
+    at: Wholes
     parent: Annotated[Wholes, "blocks"]
     worst: Annotated[Row, "blocks"]
     place: Annotated[Wholes, "blocks"]
@@ -101,10 +104,22 @@ def root_of(islands: Islands, b: int) -> int:
 
 @compiled
 def connect(problem: ContactProblem, islands: Islands) -> None:
-    """Join the blocks that rows share."""
-    blocks = problem.blocks
+    """Join the blocks that rows share, and list the rows of each block."""
+    blocks, at = problem.blocks, islands.at
     for b in range(blocks.count):
-        islands.parent[b], islands.worst[b] = b, 0.0
+        islands.parent[b], islands.worst[b], at[b] = b, 0.0, 0
+    at[blocks.count] = 0
+    for a in range(problem.count):
+        r = problem.rows[a]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            at[blocks.pieces[p]] += 1
+    for b in range(1, blocks.count + 1):
+        at[b] += at[b - 1]
+    for a in range(problem.count - 1, -1, -1):
+        r = problem.rows[a]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            at[blocks.pieces[p]] -= 1
+            islands.touching[at[blocks.pieces[p]]] = a
     for a in range(problem.count):
         r = problem.rows[a]
         for p in range(blocks.first[r] + 1, blocks.first[r + 1]):
@@ -137,19 +152,15 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
     if n > islands.speeds or m > islands.rows:
         return 0
     part.count, part.reference, part.blocks.n = m, problem.reference, n
-    arrange(problem, islands, island, m)
-    p, k = 0, 0
     for i in range(m):
         a = islands.own[i]
-        r = problem.rows[a]
-        part.between[i] = problem.between[a]
-        part.rows[i], part.kinds[i], part.mu[i], part.low[i] = (
-            i,
-            problem.kinds[a],
-            problem.mu[a],
-            problem.low[a],
-        )
-        part.scale[i], part.b[i], part.x[i] = problem.scale[a], problem.b[a], problem.x[a]
+        part.rows[i], part.kinds[i], part.between[i] = i, problem.kinds[a], problem.between[a]
+        part.mu[i], part.low[i], part.scale[i] = problem.mu[a], problem.low[a], problem.scale[a]
+        part.b[i], part.x[i] = problem.b[a], problem.x[a]
+    arrange(problem, islands, island)
+    p, k = 0, 0
+    for i in range(m):
+        r = problem.rows[islands.own[i]]
         part.blocks.first[i], part.blocks.at[i] = p, k
         for j in range(blocks.first[r], blocks.first[r + 1]):
             part.blocks.pieces[p] = islands.place[blocks.pieces[j]]
@@ -162,35 +173,32 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
 
 
 @compiled
-def arrange(problem: ContactProblem, islands: Islands, island: int, m: int) -> None:
+def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
     """Number the blocks of an island so that those that share a row stand near each other.
 
-    The order is that of a walk in breadth, which begins where another walk ends.
+    The order is that of a walk in breadth, which begins where another walk ends. The dual method needs none.
 
     Source: E. Cuthill, J. McKee, Proc. 24th ACM National Conference (1969) 157-172.
     """
-    start = walk(problem, islands, island, m)
-    walk(problem, islands, start, m)
+    start = walk(problem, islands, island)
+    if is_bare(islands.part) == 0:
+        walk(problem, islands, start)
 
 
 @hot
 @compiled
-def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
-    """Number the blocks from ``start`` on in breadth; return the last one."""
+def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
+    """Number the blocks of an island from ``start`` on in breadth; return the last one."""
     blocks, part, place, order = problem.blocks, islands.part, islands.place, islands.order
     count, seen = 1, 0
-    for i in range(m):
-        r = problem.rows[islands.own[i]]
-        for p in range(blocks.first[r], blocks.first[r + 1]):
-            place[blocks.pieces[p]] = -1
+    for b in range(blocks.count):
+        place[b] = -1
     order[0], place[start], part.blocks.starts[0] = start, 0, 0
     while seen < count:
         b = order[seen]
-        for i in range(m):
-            r, meets = problem.rows[islands.own[i]], 0
+        for k in range(islands.at[b], islands.at[b + 1]):
+            r = problem.rows[islands.touching[k]]
             for p in range(blocks.first[r], blocks.first[r + 1]):
-                meets = 1 if blocks.pieces[p] == b else meets
-            for p in range(blocks.first[r], blocks.first[r + 1] if meets == 1 else blocks.first[r]):
                 other = blocks.pieces[p]
                 if place[other] < 0:
                     order[count], place[other] = other, count
@@ -212,7 +220,6 @@ def at_once(problem: ContactProblem, islands: Islands, goal: float, turn: int) -
         newton.y[i] = part.x[i]
     left = math.inf
     if is_bare(part) == 1 and part.count <= dense.most:
-        lay_dense(part, dense)
         left = take_in(part, dense, goal)
     else:
         left = descend(part, newton, goal, WARM)

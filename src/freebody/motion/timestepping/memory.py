@@ -156,6 +156,7 @@ def _islands(blocks: int, most: int, n: int, wide: int) -> Islands:
     result = Islands.made(blocks=blocks, most=rows, n=speeds, squares=dense * dense)
     result.dense.most = dense
     result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
+    result.at, result.touching = np.zeros(blocks + 1, np.int64), np.zeros(wide * most, np.int64)
     part = result.part
     part.W, part.X = np.zeros(rows * speeds), np.zeros(rows * speeds)
     part.blocks.starts = np.zeros(speeds + 1, dtype=np.int64)

@@ -13,8 +13,7 @@ def solved(dense):
     dense.from_zero()  # sets the rows
     problem, most = dense.memory, len(dense.b)
     problem.x[:] = 0.0
-    room = Dense.made(most=most, squares=most * most)
-    loop.code("motion.cones.dual", "lay_dense")(problem, room)
+    room = Dense.made(most=most, squares=most * most, n=problem.blocks.n)
     residual = loop.code("motion.cones.dual", "take_in")(problem, room, 1e-12)
     return problem.x.copy(), residual
 
