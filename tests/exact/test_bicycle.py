@@ -94,7 +94,7 @@ def test_backwards_it_is_unstable(parts):
 
 def test_upright_equilibrium_of_forces():
     """Wheel loads of the straight running bicycle: the moments of the weights about the contacts."""
-    u = dict.fromkeys(MODEL.speed_names, 0.0) | {"air_vx": 5.0, "rear'": -5 / 0.3, "front'": -5 / 0.35}
+    u = dict.fromkeys(MODEL.speed_names, 0.0) | {"air_vx": 5.0, "theta_R'": -5 / 0.3, "theta_F'": -5 / 0.35}
     state = float_state(MODEL, None, [u[name] for name in MODEL.speed_names])
     assert np.abs(np.array(linearized(MODEL, state).rate, dtype=float)).max() < 1e-14
     moving = motion(MODEL, state, independent_rows(MODEL, state))

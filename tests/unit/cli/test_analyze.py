@@ -172,7 +172,7 @@ def test_the_bicycle_at_a_speed(freebody) -> None:  # type: ignore[no-untyped-de
     roots = [mode["eigenvalue"] for mode in data["modes"] if mode["kind"] not in ("rigid body", "drift")]
     expected = [[-0.32286642900409, 0], [-0.77534188219585, 4.46486771378823], [-14.07838969279822, 0]]
     assert np.allclose(roots, expected, rtol=0, atol=1e-11)
-    assert data["linear_model"]["about"]["rear'"] == pytest.approx(-5 / 0.3, rel=1e-14)
+    assert data["linear_model"]["about"]["theta_R'"] == pytest.approx(-5 / 0.3, rel=1e-14)
 
 
 LONG = ("prob-6-7", "sec-6-10", "sec-6-9", "turning-car")

@@ -27,10 +27,10 @@ from ..tools.case import Case, explain
 from ..tools.entry import Entry
 from ..tools.looks import placed, rim, together, tube_between
 
-LEAN_AND_STEER = ("air_rx", "delta", "rear")
+LEAN_AND_STEER = ("air_rx", "delta", "theta_R")
 """Independent small motions: lean, steer, and the rotation of the rear wheel, which is the forward motion."""
 
-KICK = {"air_vx": "v", "rear'": "-v/r_R", "air_wx": "kick"}
+KICK = {"air_vx": "v", "theta_R'": "-v/r_R", "air_wx": "kick"}
 """Straight running at the speed v with a rate of lean; the contacts determine all other speeds."""
 
 
@@ -72,10 +72,10 @@ def build() -> fb.System:
     fork = s.body("fork", handlebar, shape=seen["fork"])
     front = s.body("front_wheel", solid(3, (0, 0, 0), (0.1405, 0.28, 0.1405)), shape=seen["front"])
     s.free("air", s.ground, frame)
-    s.hinge("rear_axle", frame, rear, at=(0, 0, -r_R), axis="y", coordinate="rear")
+    s.hinge("rear_axle", frame, rear, at=(0, 0, -r_R), axis="y", coordinate="theta_R")
     foot, tilted = (w + c, 0, 0), ("sin(lam)", 0, "cos(lam)")
     s.hinge("steering", frame, fork, at=foot, to=foot, axis=tilted, coordinate="delta")
-    s.hinge("front_axle", fork, front, at=(w, 0, -r_F), axis="y", coordinate="front")
+    s.hinge("front_axle", fork, front, at=(w, 0, -r_F), axis="y", coordinate="theta_F")
     s.rolling("rear_contact", rear, radius=r_R, axis="y", normal="-z")
     s.rolling("front_contact", front, radius=r_F, axis="y", normal="-z")
     explain(
@@ -96,7 +96,7 @@ def build() -> fb.System:
 
 def linear(machine: Any, v: float, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return M, C and K of lean and steer about straight running at the speed ``v``, each (2, 2)."""
-    at = {"air_vx": v, "rear'": -v / values["r_R"], "front'": -v / values["r_F"]}
+    at = {"air_vx": v, "theta_R'": -v / values["r_R"], "theta_F'": -v / values["r_F"]}
     solution = fb.linearize(machine, about=at, values=values, independent=LEAN_AND_STEER)
     M, C, K = (np.array(x, dtype=float)[:2, :2] for x in (solution.M, solution.C, solution.K))
     return M, C, K

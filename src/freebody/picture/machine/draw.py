@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from ...symbolic.printing.names import GREEK
 from ..paper import symbols
 from ..paper.drawing import Drawing
 from ..paper.palette import GREY, INK, legible
-from ..paper.placing import inside
-from ..paper.sheet import Group, Line, Sheet, Style
+from ..paper.placing import inside, sampled
+from ..paper.sheet import Group, Label, Line, Sheet, Style
 from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
@@ -39,6 +40,9 @@ CROWD = 2
 
 ROOM = 18.0
 """Distance of a name from bodies in front of its own, where there is room [pt]."""
+
+LEADING, TOUCHING = 12.0, 3.5
+"""Distance of a name from what it names beyond which a line leads there, and the gap at both ends of that line [pt]."""
 
 
 def draw(
@@ -151,8 +155,11 @@ class Machine(MachineDrawing):
         gravity(self)
         if names:
             self._names()
-        for tex, anchors, size, color in self.labels:
-            self.root.add(self.placer.label(tex, anchors, size, legible(color)))
+        for k, (tex, anchors, size, color) in enumerate(self.labels):
+            label = self.placer.label(tex, anchors, size, legible(color))
+            self.root.add(label)
+            if k in self.named:
+                self._lead(label, anchors[0][0], self.named[k])
         title = f"{self.model.name}" + (f", t = {self.now.t:.4g} s" if self.now.moving else "")
         attributes = {
             "class": "freebody-drawing",
@@ -298,6 +305,7 @@ class Machine(MachineDrawing):
     def _names(self) -> None:
         for name in self.model.bodies:
             if name in self.drawn:
+                self.named[len(self.labels)] = name
                 self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
         shown = {tex for tex, *_ in self.labels}
@@ -314,7 +322,36 @@ class Machine(MachineDrawing):
             labels = [_joint_label(name) for name in names if name not in self.drawn]
             if len(names) > CROWD:
                 labels = [", ".join(labels)]
+            if not any(self.joints[name].pair.guided for name in names):
+                self.named |= dict.fromkeys(range(len(self.labels), len(self.labels) + len(labels)))
             self.labels += [(label, [(at, None)], 9.5, GREY) for label in labels]
+
+    def _lead(self, label: Label, at: Array, body: str | None) -> None:
+        """Draw a thin line from the name of a joint or body to it, if the name stands apart or beside another body."""
+        low, high = np.array(label.box[:2]), np.array(label.box[2:])
+
+        def apart(points: Array) -> float:
+            beyond = np.maximum(np.maximum(low - points, points - high), 0.0)
+            return float(np.linalg.norm(beyond, axis=1).min())
+
+        start = np.clip(at, low, high)
+        gap = apart(at[None])
+        if body is not None:
+            gaps = {name: self._apart(name, apart, (low + high) / 2) for name in self.drawn}
+            if gaps[body] <= min(LEADING, *(gaps[name] for name in gaps if name != body), LEADING):
+                return
+        elif gap <= LEADING:
+            return
+        d = (at - start) / gap
+        line = np.array([start + TOUCHING / 2 * d, at - (TOUCHING * d if body is None else 0)])
+        self.add([Line(line, Style(GREY, 0.6))], class_="leader")
+
+    def _apart(self, name: str, apart: Callable[[Array], float], middle: Array) -> float:
+        """Distance of a label from a body on paper, 0 on the body."""
+        areas = self.areas_of(name)
+        if self._holds(name, middle):
+            return 0.0
+        return min((apart(sampled(np.vstack([area, area[:1]]), 2.0)) for area in areas), default=math.inf)
 
     def _visible_point(self, name: str) -> Array:
         """Mass centre of a body on paper; if other bodies hide it, the nearest visible point of the body."""

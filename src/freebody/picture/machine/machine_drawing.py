@@ -58,6 +58,8 @@ class MachineDrawing:
         Labels, placed after all lines are drawn: text, anchors, size, colour.
     idle : set
         Names of joints to the ground that transmit no force.
+    named : dict
+        Numbers of the labels that are names of bodies, and these bodies; of joints, and None.
     arcs : list
         Points about which angles are drawn, on paper.
     """
@@ -72,6 +74,7 @@ class MachineDrawing:
         self._areas: dict[str, list[Array]] = {}
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
+        self.named: dict[int, str | None] = {}
         self.arcs: list[Array] = []
         longest = float(np.ptp(view(self.extent), axis=0).max())
         self.scale = WIDE / longest if longest > 0 else 1.0

@@ -100,7 +100,10 @@ def angle_of(
     reach = [float(np.linalg.norm(q - start)) for q in ends]
     far = int(np.argmax(reach))
     if reach[far] < 14.0:
-        return []
+        if pieces:
+            return []
+        # a body that turns about its mass centre: the direction of its axis 1
+        ends, reach, far = [start + 48.0 * view(R[:, 0])], [48.0], 0
     d = (ends[far] - start) / reach[far]
     angle = math.remainder(angle, 2 * math.pi)
     if abs(angle) < math.radians(4):

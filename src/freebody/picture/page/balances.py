@@ -34,8 +34,8 @@ def balances(
     symbols: Symbols,
     shown: bool | None = None,
     drawn: Mapping[str, Any] | None = None,
-) -> str:
-    """Return drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest.
+) -> tuple[str, str]:
+    """Return the drawing; diagrams and equations, for a motion with contacts in each of the modes that lasted longest.
 
     ``shown`` is whether to show them; by default those of machines of up to six speeds are, if they are no longer than
     some pages. ``drawn`` holds the options of the drawings, as of :func:`freebody.draw`.
@@ -43,20 +43,20 @@ def balances(
     options = {"values": trajectory.values, **(drawn or {})}
     model = trajectory.kernels.model
     if not (_is_short(model) if shown is None else shown):
-        return (
+        return "", (
             "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
             "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
         )
     said = _other_values(trajectory.values, options["values"] or {}, symbols)
-    sets = lasting(trajectory)
-    if not sets:
-        return _section(equations_of(model), options, symbols, said=said)
-    parts: list[str] = []
-    for modes, time in sets:
+    found: list[tuple[Equations, str]] = []
+    for modes, time in lasting(trajectory):
         words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
         heading = f" <small>({symbols.words(words)}; {time:.4g} s of the motion)</small>"
-        parts.append(_section(equations_of(model, modes=modes), options, symbols, heading, not parts, said))
-    return "\n".join(parts)
+        found.append((equations_of(model, modes=modes), heading))
+    found = found or [(equations_of(model), "")]
+    machine = _or_refusal(lambda: draw(found[0][0].model, **options).svg)
+    drawing = f'<div class="machine"><h2>Drawing</h2>\n<figure>{machine}</figure>{said}</div>'
+    return drawing, "\n".join(_section(e, options, symbols, heading) for e, heading in found)
 
 
 def _other_values(values: Mapping[str, float], drawn: Mapping[str, Any], symbols: Symbols) -> str:
@@ -131,12 +131,10 @@ def _section(
     options: Mapping[str, Any],
     symbols: Symbols,
     heading: str = "",
-    drawing: bool = True,
-    said: str = "",
 ) -> str:
     """Diagrams, free-body equations and equations of motion."""
     parts = [
-        _or_refusal(lambda: _drawings(e, options, heading, drawing, said)),
+        _or_refusal(lambda: _diagrams(e, options, heading)),
         f"<h2>Free-body equations{heading}</h2>\n{laws(e, symbols)}",
     ]
     for name in e.model.bodies:
@@ -154,12 +152,9 @@ def _or_refusal(part: Callable[[], str]) -> str:
         return f"<p>{escape(str(error))}</p>"
 
 
-def _drawings(e: Equations, options: Mapping[str, Any], heading: str, whole: bool, said: str) -> str:
-    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine and ``said``."""
-    parts = []
-    if whole:
-        parts.append(f"<h2>Drawing</h2>\n<figure>{draw(e.model, **options).svg}</figure>{said}")
-    parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
+def _diagrams(e: Equations, options: Mapping[str, Any], heading: str) -> str:
+    """Free-body diagrams in a generic configuration."""
+    parts = [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
     for name in e.model.bodies:
         drawing = free_body_diagram(e, name, **options)
         parts.append(f'<figure tabindex="0">{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>')

@@ -157,7 +157,7 @@ class Live:
     def _equations(self) -> str:
         """Free bodies and equations as HTML, or why they cannot be written; the machine moves in either case."""
         try:
-            return balances(self._trajectory, self._symbols)
+            return "\n".join(balances(self._trajectory, self._symbols))
         except FreebodyError as error:
             return f"<p>{escape(str(error))}</p>"
 

@@ -326,12 +326,16 @@ function player(root, scene, options = {}) {
   }
   // -- time
   function seek(time) {
+    put(time);
+    for (const listener of listeners) listener(motion.now);
+  }
+  // Shows a time on the stage alone.
+  function put(time) {
     motion.seek(Math.min(motion.last, Math.max(motion.first, time)));
     slider.value = (motion.now - motion.first) / (motion.last - motion.first || 1);
     clock.textContent = `${motion.now.toFixed(places)} s`;
     strip();
     draw();
-    for (const listener of listeners) listener(motion.now);
   }
   function tick(stamp) {
     if (!playing) return;
@@ -461,7 +465,7 @@ function player(root, scene, options = {}) {
     followed = middle();
     const needed = framing(eye.target).distance / eye.distance;
     if (!eye.chosen && !on.follow && !(needed > 0.4 && needed < 1.15)) fit();
-    seek(time);
+    put(time); // who shows another motion draws its charts anew
   }
   function dispose() {
     playing = false;

@@ -22,9 +22,8 @@ uniform mat4 model, eye; varying vec3 n, p; varying float k;
 void main() { vec4 q = model * vec4(position, 1.0); p = q.xyz; n = mat3(model) * normal; k = tone; gl_Position = eye * q; }`;
 const SOLID_FRAGMENT = `
 precision mediump float;
-uniform vec3 color, light, camera; uniform float opacity, lit; varying vec3 n, p; varying float k;
+uniform vec3 color, light, camera; uniform float opacity; varying vec3 n, p; varying float k;
 void main() {
-  if (lit < 0.5) { gl_FragColor = vec4(color, 1.0); return; }
   vec3 e = normalize(camera - p), m = normalize(n);
   if (dot(m, e) < 0.0) m = -m;
   float d = max(dot(m, light), 0.0), s = pow(max(dot(m, normalize(light + e)), 0.0), 40.0);
@@ -41,7 +40,11 @@ void main() {
   r.xy += (vec2(-d.y, d.x) * corner.y + d * (corner.x - 0.5)) * width * r.w / pixels;
   gl_Position = r;
 }`;
-const LINE_FRAGMENT = `
+// A surface in one plain colour.
+const PLAIN_VERTEX = `
+attribute vec3 position; uniform mat4 model, eye;
+void main() { gl_Position = eye * (model * vec4(position, 1.0)); }`;
+const PLAIN_FRAGMENT = `
 precision mediump float; uniform vec3 color; uniform float opacity;
 void main() { gl_FragColor = vec4(color, opacity); }`;
 
@@ -77,13 +80,14 @@ function webgl(canvas, slow = false) {
     }
     return names;
   };
-  let solids, lines;
+  let solids, lines, plain;
   const buffers = new Set();
   const revive = () => {
     buffers.clear();
-    [solids, lines] = [program(SOLID_VERTEX, SOLID_FRAGMENT), program(LINE_VERTEX, LINE_FRAGMENT)];
+    [solids, lines, plain] = [[SOLID_VERTEX, SOLID_FRAGMENT], [LINE_VERTEX, PLAIN_FRAGMENT], [PLAIN_VERTEX, PLAIN_FRAGMENT]].map((pair) => program(...pair));
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
   };
   revive();
   canvas.addEventListener("webglcontextlost", (event) => event.preventDefault()); // so that it can be restored
@@ -96,24 +100,24 @@ function webgl(canvas, slow = false) {
 
   const use = (names, buffer, layout, stride) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    if (used !== names) { // both programs have three attributes
+    if (used !== names) { // no program has more than three attributes
       gl.useProgram(names.program);
       for (const [name] of layout) gl.enableVertexAttribArray(names.attributes[name]);
       gl.uniformMatrix4fv(names.uniforms.eye, false, camera.matrix);
       if (names === solids) {
         gl.uniform3fv(names.uniforms.light, camera.light);
         gl.uniform3fv(names.uniforms.camera, camera.eye);
-      } else gl.uniform2f(names.uniforms.pixels, canvas.width / 2, canvas.height / 2);
+      } else if (names === lines) gl.uniform2f(names.uniforms.pixels, canvas.width / 2, canvas.height / 2);
       used = names;
     }
     for (const [name, size, offset] of layout) gl.vertexAttribPointer(names.attributes[name], size, gl.FLOAT, false, 4 * stride, 4 * offset);
   };
-  const drawSolid = (surface, matrix, color, opacity, lit = 1) => {
-    use(solids, surface.buffer, [["position", 3, 0], ["normal", 3, 3], ["tone", 1, 6]], STRIDE);
-    gl.uniformMatrix4fv(solids.uniforms.model, false, matrix);
-    gl.uniform3fv(solids.uniforms.color, color);
-    gl.uniform1f(solids.uniforms.opacity, opacity);
-    gl.uniform1f(solids.uniforms.lit, lit);
+  const LAYOUT = [["position", 3, 0], ["normal", 3, 3], ["tone", 1, 6]];
+  const drawSolid = (surface, matrix, color, opacity, names = solids) => {
+    use(names, surface.buffer, names === plain ? LAYOUT.slice(0, 1) : LAYOUT, STRIDE);
+    gl.uniformMatrix4fv(names.uniforms.model, false, matrix);
+    gl.uniform3fv(names.uniforms.color, color);
+    gl.uniform1f(names.uniforms.opacity, opacity);
     gl.drawArrays(gl.TRIANGLES, 0, surface.count);
   };
   return {
@@ -154,7 +158,7 @@ function webgl(canvas, slow = false) {
     },
     floor(surface, matrix, color) {
       gl.disable(gl.DEPTH_TEST);
-      drawSolid(surface, matrix, color, 1, 0);
+      drawSolid(surface, matrix, color, 1, plain);
       gl.enable(gl.DEPTH_TEST);
     },
     line(path, color, width, first = 0, last = path.segments, opacity = 1, under = false) {
@@ -178,6 +182,10 @@ function webgl(canvas, slow = false) {
       gl.depthFunc(gl.LESS);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
+      // A renderer that is a program begins to draw where something reads the picture (ANGLE ends its pass there), else when the page is shown: the page
+      // would wait for it then.
+      if (slow) gl.copyTexImage2D(gl.TEXTURE_2D, 0, gl.RGB, 0, 0, 1, 1, 0);
+      gl.flush();
     },
     forget({ buffer }) {
       gl.deleteBuffer(buffer);

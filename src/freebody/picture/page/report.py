@@ -185,14 +185,16 @@ def document(
 
         scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
     symbols = Symbols.of(model, *(answers or {}))
+    drawing, laws = balances(trajectory, symbols, equations, drawn)
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{symbols.words(about or _sentence(trajectory))}</p>',
         _warnings(trajectory),
         stage(live),
+        drawing,
         answers_table(answers or {}, symbols),
         "<h2>Plots</h2>\n" + charts(scene, symbols),
-        balances(trajectory, symbols, equations, drawn),
+        laws,
         _model(s, trajectory, symbols),
         _reading(s),
         _figures(figures or {}),

@@ -180,10 +180,10 @@ def test_bicycle_in_symbols():
     s = bicycle()
     v = s.expression("v")
     linear = fb.linearize(s, {"air_vx": v}, independent=LEAN_AND_STEER)
-    assert linear.point["rear'"] == -v / s.expression("r_R")
+    assert linear.point["theta_R'"] == -v / s.expression("r_R")
     for speed in (0.0, 5.0):
         numbers = {"v": speed, "lam": 0.3, "w": 1.1}
-        about = {"air_vx": speed, "rear'": -speed / 0.3}
+        about = {"air_vx": speed, "theta_R'": -speed / 0.3}
         numeric = fb.linearize(s, about, values=numbers, independent=LEAN_AND_STEER)
         agree(linear.numeric(numbers), numeric)
     # C = v C1, K = g K0 + v² K2 in lean and steer
@@ -317,7 +317,7 @@ def order(missed):
     [
         (rod, {}, "f", {"f": 1}, 1),
         (disk, {"roll'": 4.0}, "yaw lean roll", {"lean": 1, "yaw'": 1}, 1),
-        (bicycle, {"air_vx": 5.0, "rear'": -5 / 0.3}, LEAN_AND_STEER, {"delta": 1, "air_rz": 1}, 0.5),
+        (bicycle, {"air_vx": 5.0, "theta_R'": -5 / 0.3}, LEAN_AND_STEER, {"delta": 1, "air_rz": 1}, 0.5),
     ],
     ids=["rod", "disk", "bicycle"],
 )

@@ -14,7 +14,7 @@ from freebody.scalar.replay import Replay
 from freebody.scalar.trace import Tape
 from freebody.symbolic.linear.recorded_functions import recorded
 
-RIDING = {"air_vx": "v", "rear'": "-v/r_R", "front'": "-v/r_F"}
+RIDING = {"air_vx": "v", "theta_R'": "-v/r_R", "theta_F'": "-v/r_F"}
 
 
 def pendulum(length=1.0):
