@@ -20,7 +20,8 @@ The second:
 
 ``inward`` reads the sum over the tips, p^a (6) and I^a (21), and passes on its own; ``final`` reads the parent's
 acceleration and writes A (6). The loop decides their places, since few other steps need them. It also decides those of
-the joint variables: y, y', then τ or the part of y'' free of accelerations; for a ball or free joint q, u, τ.
+the joint variables: y', τ or the part of y'' free of accelerations, sine and cosine of a turn, y of a slide; for a ball
+or free joint q, u, τ.
 
 From accelerations to forces, the joint's accelerations stand in place of τ, and there are two steps:
 
@@ -323,10 +324,11 @@ def _recorded(
         R, r, vJ = free_joint(E, position, joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
-        turned = matrix_from_sine(n, joint[3], joint[4])
-        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, joint[0], joint[1], turned)
+        turned = matrix_from_sine(n, joint[2], joint[3])
+        y = joint[4 if kind.motion.turns else 2]
+        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, y, joint[0], turned)
         S = unit_motion(kind.motion, n, pitch)
-        tau = joint[2:3]
+        tau = joint[1:2]
     # outward
     V_i = plus(kind.kept(motion_to_child(R, r, spatial(read["parent"][V:]))), vJ)
     coordinate_rates: list[Scalar] = []
@@ -348,7 +350,7 @@ def _recorded(
     V_ = spatial(record[V:])
     c = motion_cross(V_, vJ)
     if kind.driven and S is not None:
-        c = plus(c, times(joint[2], S))
+        c = plus(c, times(joint[1], S))
     p = force_cross(V_, momentum_of(inertia, V_))
     I_A = kind.kept_blocks(blocks_sum(_blocks(tips[6:]), blocks(inertia)))
     p_A = kind.kept(plus(_spatial(tips), p))
@@ -382,7 +384,7 @@ def _recorded(
     # carried, transmitted
     x = read["above"]
     motion_above = (_vector(x), _vector(x[3:6]), _vector(x[6:9]), _matrix(x[9:]))
-    rate: Spatial = (ZERO, ZERO) if S is None else times(joint[2], S)
+    rate: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
     if kind.own:
         rate = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
     motion_given = link_masses.accelerated(R, r, vJ, rate, motion_above)

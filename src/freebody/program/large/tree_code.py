@@ -111,7 +111,7 @@ def places(parts: Parts) -> dict[str, Any]:
         "given": int(parts.back), "joint": parts.joint, "cleared": parts.sums.cleared,
         # links that move in a plane leave out what stands across it
         "kept": parts.sums.aside if parts.normal < 0 else parts.sums.end,
-        "ground": parts.base, "ground_end": parts.base + link_step.WIDTH,
+        "ground": parts.base, "ground_end": parts.base + (link_step.WIDTH if "place" in parts.loops else 0),
         "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest,
         "at_rest_end": at_rest + (link_step.MOVING if parts.back else 6), "totals": parts.totals,
         "kinetic": link_step.KINETIC - SECOND, "momentum": link_step.MOMENTUM - SECOND,

@@ -125,7 +125,7 @@ class Parts:
             self.kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self.kinds]
         if self.mode == "inverse":
             self.kinds = [
-                replace(kind, bare=kind.axis) if is_bare(links, i, kind.axis) else kind
+                replace(kind, free=True, bare=kind.axis if is_bare(links, i, kind.axis) else -1)
                 for i, kind in enumerate(self.kinds)
             ]
 
@@ -294,9 +294,15 @@ class Parts:
         """Place sines and cosines of angles, in blocks, behind the other variables of the joints."""
         self.turned = list(dict.fromkeys(self.joints[i][0] for i in self.turning))
         self.sines, size = start, self.block
-        for i in self.turning:
-            block, k = divmod(self.turned.index(self.joints[i][0]), size)
-            self.joints[i] += [start + 2 * size * block + k, start + 2 * size * block + size + k]
+        for i, link in enumerate(self.model.links):
+            if link.one_dof:
+                y, rate, last = self.joints[i]
+                self.joints[i] = [rate, last]
+                if link.motion.turns:
+                    block, k = divmod(self.turned.index(y), size)
+                    self.joints[i] += [start + 2 * size * block + k, start + 2 * size * block + size + k]
+                if link.motion.slides:
+                    self.joints[i].append(y)
         self.turned += self.turned[-1:] * (-len(self.turned) % size)
         return start + 2 * len(self.turned)
 
@@ -305,7 +311,8 @@ class Parts:
         links = self.model.links
         parents = [link.parent for link in links]
         everywhere = self.mode.startswith("reactions")
-        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, link_step.SUM)
+        size = 6 if self.back else link_step.SUM
+        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, size)
         self.accelerations, start = accelerations(
             parents, everywhere, self.sums.end, link_step.MOVING if self.back else 6
         )
