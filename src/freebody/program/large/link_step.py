@@ -25,9 +25,9 @@ or free joint q, u, τ.
 
 From accelerations to forces, the joint's accelerations stand in place of τ, and there are two steps:
 
-    carried            the varying terms of R and r; the wrench that the motion of the link alone needs (6), in place
-                       of the results of ``final`` and ``inward``; angular acceleration, acceleration of the origin,
-                       angular velocity and turning of the link (18), where ``final`` writes A
+    carried            the wrench that the motion of the link alone needs (6), in place of V or behind it, and then
+                       the varying terms of R and r; angular acceleration, acceleration of the origin, angular
+                       velocity and turning of the link (18), where ``final`` writes A
     transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
                        second record
 
@@ -115,8 +115,6 @@ SUM = 27
 COMPOSITE = 10
 """Length of a composite inertia."""
 
-NEEDED = RATES
-"""Place of the wrench that a given motion needs."""
 MOVING = 18
 """Numbers that describe a given motion of a link."""
 
@@ -165,7 +163,7 @@ class Kind(Moving):
     @property
     def turn(self) -> int:
         """First place of the varying terms of R and r."""
-        return max(self.solved + 7 * (self.freedom or int(self.driven)), NEEDED + 6)
+        return self.solved + 7 * (self.freedom or int(self.driven))
 
     def kept(self, a: Spatial) -> Spatial:
         """Return a motion or force without the components across the plane in which the links move."""
@@ -264,7 +262,9 @@ def compiled_step(
     tape = Tape()
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
     read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
-    recorded = _recorded(tape, read, constants, kind, "carried" in names)
+    needed = RATES if "outward" in names else V
+    turn = needed + 6 if "carried" in names else kind.turn
+    recorded = _recorded(tape, read, constants, kind, needed, turn)
     written = {name: recorded[name] for name in names}
     ones: Matrix = ((1, 1, 1),) * 3
     kept = [*_six(kind.kept((ones[0], ones[0]))), *_blocks_list(kind.kept_blocks((ones, ones, ones)))]
@@ -290,8 +290,7 @@ def compiled_step(
     writes = tuple(len(STEPS[name][1]) for name in written)
     form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
     compiled = compile_tape(tape, functions, None, state, constants, form=form)
-    turn = next(len(values) for _, start, values in recorded["outward"] if start == kind.turn)
-    return Step(compiled, kind.turn + turn)
+    return Step(compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn))
 
 
 Written = list[tuple[str, int, list[Scalar]]]
@@ -299,9 +298,11 @@ Written = list[tuple[str, int, list[Scalar]]]
 
 
 def _recorded(
-    tape: Tape, read: dict[str, list[Traced]], constants: list[Traced], kind: Kind, given: bool
-) -> dict[str, Written]:
-    """Record all steps of a kind; with ``given``, accelerations are given."""
+    tape: Tape, read: dict[str, list[Traced]], constants: list[Traced], kind: Kind, needed_at: int,
+    turn_at: int,
+) -> dict[str, Written]:  # fmt: skip
+    """Record all steps of a kind, with the places of the needed wrench and of the varying terms of R and r."""
+    given = turn_at == needed_at + 6
     record, joint, tips = read["record"], read["joint"], read["tips"]
     E, n = _constant_axes(constants, kind)
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
@@ -339,10 +340,10 @@ def _recorded(
         ]
     elif kind.pivots:
         coordinate_rates = [*quaternion_rate(_quaternion(joint[0:4]), vJ[0])]
-    turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[kind.turn :])
+    turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[turn_at:])
     outward: Written = [
         ("record", V, [*_six(V_i)]),
-        ("record", kind.turn, turn),
+        ("record", turn_at, turn),
         ("second", COORDINATE_RATES - SECOND, coordinate_rates),
     ]
     # inward, from the record that `outward` has written
@@ -390,7 +391,7 @@ def _recorded(
     motion_given = link_masses.accelerated(R, r, vJ, rate, motion_above)
     mass = link_masses.of(constants[OWN:], kind.bare)
     needed = (ZERO, ZERO) if kind.massless else link_masses.needed(mass, motion_given[3], motion_given[1])
-    F = plus(_spatial(record[NEEDED:]), _spatial(tips))
+    F = plus(_spatial(record[needed_at:]), _spatial(tips))
     # composed, projected
     moves = free_motions(_any_link(kind), S) if kind.own or S is not None else []
     x = tips
@@ -419,8 +420,8 @@ def _recorded(
         "inward": inward,
         "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
         "carried": [
-            ("record", kind.turn, turn),
-            ("record", NEEDED, [*_six(needed)]),
+            ("record", turn_at, turn),
+            ("record", needed_at, [*_six(needed)]),
             ("own", 0, [x for v in motion_given[:3] for x in v] + _flat(motion_given[3])),
         ],
         "transmitted": [

@@ -106,7 +106,7 @@ class Parts:
     ) -> None:
         self.model, self.mode, self.directions = model, mode, directions
         self.lanes, self.shared = lanes, shared
-        self.block = WIDTH if lanes == 1 else 1  # angles whose sines are computed side by side
+        self.block = WIDTH if lanes == 1 else 4  # angles whose sines are computed by one call
         self.back = mode in GIVEN  # from accelerations to forces
         self.turning = [i for i, link in enumerate(model.links) if link.one_dof and link.motion.turns]
         self._choose_kinds()
