@@ -527,7 +527,7 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
         (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "it moves without its dry friction, which friction=True reads"),
         ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "it moves without its dry friction, which friction=True reads: joint 'p'"),
         ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "no stop holds it at its limits, which limits=True reads: joint 'p'"),
-        ('<body name="b"><joint name="p" type="free" frictionloss="1"/>' + ROD + "</body>", "", "a free joint moves without dry friction"),
+        ('<body name="b"><joint name="p" type="free" frictionloss="1"/>' + ROD + "</body>", "", "it moves without its dry friction, which friction=True reads: joint 'p'"),
         (PIN.replace("<joint ", '<joint springdamper="0.1 1" '), "", "springdamper: the spring and damper"),
         (PIN.replace("<joint ", '<joint stiffness="1 2" '), "", "coefficients of higher order are left out"),
         (PIN.replace("<joint ", '<joint colour="1" '), "", "colour: not an attribute that freebody knows"),
