@@ -527,7 +527,7 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
         (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "it moves without its dry friction, which friction=True reads"),
         ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "it moves without its dry friction, which friction=True reads: joint 'p'"),
         ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "no stop holds it at its limits, which limits=True reads: joint 'p'"),
-        ('<body name="b"><joint name="p" type="free" frictionloss="1"/>' + ROD + "</body>", "", "a free joint moves without dry friction"),
+        ('<body name="b"><joint name="p" type="free" frictionloss="1"/>' + ROD + "</body>", "", "it moves without its dry friction, which friction=True reads: joint 'p'"),
         (PIN.replace("<joint ", '<joint springdamper="0.1 1" '), "", "springdamper: the spring and damper"),
         (PIN.replace("<joint ", '<joint stiffness="1 2" '), "", "coefficients of higher order are left out"),
         (PIN.replace("<joint ", '<joint colour="1" '), "", "colour: not an attribute that freebody knows"),
@@ -644,6 +644,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
         ({"bodies": "<geom size='1' fromto='0 0 0 1 1 1'/>"}, "expected fromto= of a capsule, cylinder, ellipsoid or box, got it of a sphere."),
         ({"bodies": "<geom type='mesh' mesh='no'/>"}, "unknown mesh 'no'."),
         ({"bodies": PIN.replace("</body>", "<composite/></body>")}, "<composite> in a body is not read: bodies would be missing. Write the file that MuJoCo makes"),
+        ({"bodies": "<body name='b'><joint name='p' type='ball'/><joint pos='1 0 0' axis='0 1 0'/><geom size='1'/></body>"}, "expected no turn after joint 'p' in body 'b', got a hinge, which MuJoCo refuses, too: put the hinges before the ball"),
         ({"head": "<include file='no.xml'/>"}, "cannot include 'no.xml': no such file near the robot's file."),
         ({"head": "<include file='arm.xml'/>"}, "expected each file included once, got 'arm.xml' again."),
         ({"head": "<include file='/etc/passwd'/>"}, "cannot include '/etc/passwd': no such file near the robot's file."),
@@ -745,7 +746,7 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
             (f'<include file="{"a" * 5000}"/>', "no such file near the robot's file."),
             ('<include file="../../../../../../../../../etc/passwd"/>', "no such file near the robot's file."),
         )),
-        ({"bodies": PIN.replace("<joint ", '<joint type="ball"/><joint name="k" ').replace('name="k" name', 'name')}, "Chain 'rod' has a ball, which makes every turn about its point."),
+        ({"bodies": PIN.replace("</body>", '<joint type="ball"/></body>')}, "Chain 'rod' has a ball, which makes every turn about its point."),
     ],
 )  # fmt: skip
 def test_broken_files_are_refused_with_line_and_cure(tmp_path, parts, message):

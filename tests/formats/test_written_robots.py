@@ -524,7 +524,7 @@ REFUSED: dict[str, tuple[str, Any, str]] = {
     "gravity": ("urdf", lambda s: setattr(s, "gravity", (0, -9.81, 0)), "gravity (0, -9.81, 0): the format has none, and what reads it takes 9.81 against z; set s.gravity = (0, 0, -9.81)"),
     "ball": ("urdf", lambda s: s.ball("j", s.ground, on_ground(s)), "ball 'j': the format has no ball joint; use a gimbal, or write a .xml file (MJCF)"),
     "stop of a free joint": ("xml", lambda s: s.stop("wall", s.free("j", s.ground, on_ground(s)), high=1), "stop 'wall': in the format a free joint has no limits"),
-    "friction of a free joint": ("xml", lambda s: s.friction("dry", s.free("j", s.ground, on_ground(s)), torque=1), "friction 'dry': in the format the friction of a free joint resists its displacement, too"),
+    "friction of a free joint": ("xml", lambda s: s.friction("dry", s.free("j", s.ground, on_ground(s)), torque=1), "friction 'dry': in the format the friction of a free joint resists turns and displacements up to the same number"),
     "restitution of a ball": ("xml", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1, restitution=0.5), "stop 'wall': its restitution; limits do not rebound, leave out restitution="),
     "hinge after a ball": ("xml", lambda s: s.chain("j", s.ground, on_ground(s), [fb.Ball(), fb.Hinge("x", at=(0, 0, 1))]), "chain 'j': MuJoCo takes no turn after a ball in one body; put a body between them"),
     "stop of a ball": ("urdf", lambda s: s.stop("wall", s.ball("j", s.ground, on_ground(s)), high=1), "ball 'j': the format has no ball joint"),

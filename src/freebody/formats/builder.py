@@ -195,7 +195,7 @@ class Builder:
             )  # fmt: skip
 
     def dry_friction(self, what: str, line: int, name: str, made: Any, value: float, index: int = 0) -> None:
-        """Give a joint dry friction of a greatest force or torque; report if it has none."""
+        """Give a joint dry friction of a greatest force or torque, a free joint both; report if it has none."""
         if not value:
             return
         if not self.options.friction:
@@ -203,9 +203,11 @@ class Builder:
                 what, line, "it moves without its dry friction, which friction=True reads", f"{value:g}"
             )
             return
-        word, unit = ("torque", "N m") if made.primitives[index].turns else ("force", "N")
-        given: Any = {word: self.parameter(f"f_{name}", value, unit)}
-        self.s.friction(self.renamed(f"{name}_friction", self.joints), made, coordinate=index, **given)
+        turns, free = made.primitives[index].turns, made.type == "free"
+        bound = self.parameter(f"f_{name}", value, "" if free else "N m" if turns else "N")
+        for ending, word in (("friction", "torque" if turns else "force"), *([("drag", "force")] if free else [])):
+            given: Any = {word: bound}
+            self.s.friction(self.renamed(f"{name}_{ending}", self.joints), made, coordinate=index, **given)
 
     def coefficient(self, value: float) -> Any:
         """Return a coefficient of friction of contacts: one parameter ``mu`` for each value."""

@@ -361,13 +361,13 @@ class Machine:
         """Add dry friction."""
         motion = self.along(part)
         if motion is not None:
-            self.rub(part, motion)
+            motion.friction += self.bound(part)
 
-    def rub(self, part: Any, motion: Motion) -> None:
-        """Add the dry friction of a part to a motion."""
+    def bound(self, part: Any) -> Any:
+        """Return the greatest force or torque of dry friction."""
         if part.static_friction is not None and part.static_friction != part.friction:
             self.refuse(part.title, "its static friction; leave out static=")
-        motion.friction += self.number(part.friction, part.title)
+        return self.number(part.friction, part.title)
 
     def stop(self, part: Any) -> None:
         """Add a stop: of two stops the narrower limits."""

@@ -15,24 +15,43 @@ from ..model import Model
 from ..model.values import check_assumption
 
 Array = NDArray[np.float64]
+FORCES = ("tau", "torque", "torques", "force", "effort")
+"""Names of generalized forces that are none of a program's arguments."""
 NUMBERS = frozenset((float, int, np.float64))
 """Types of a parameter's value that need no reading: they are numbers already."""
 
 
+CALLS = {"forced_dynamics": "forward_dynamics", "reactions_at": "reactions"}
+"""Methods of products that have another name."""
+
+
+def call_of(key: Any, arguments: Mapping[str, Any]) -> str:
+    """Return a sentence with the arguments of the call that evaluates a product, or no text for one without a name."""
+    if not isinstance(key, str) or not key.isidentifier() or "_by_" in key:
+        return ""
+    names = [*(name for name in arguments if name != "forces"), "t"]
+    options = ", forces=" if key in ("forward_dynamics", "forced_dynamics") else ""
+    return f" The call is {CALLS.get(key, key)}({', '.join(names)}{options}), with parameters by name."
+
+
 def checked(
-    model: Model, arguments: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any]
+    model: Model, arguments: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any], key: Any = None
 ) -> tuple[dict[str, Array], Array, int | None]:
-    """Return arrays, time and the number of states; None for one state without a leading axis."""
+    """Return arrays, time and the number of states; None for one state without a leading axis.
+
+    ``key`` is the product for which they are.
+    """
     sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
-    arrays = {name: array(value, name) for name, value in arguments.items()}
-    time = array(t, "t")
+    call = call_of(key, arguments)
+    arrays = {name: _numbers(model, value, name, call) for name, value in arguments.items()}
+    time = array(t, "t", call)
     count: int | None = None
     source = ""
 
     def leading(n: int, argument: str) -> None:
         nonlocal count, source
         if count is not None and count != n:
-            raise ModelError(f"Expected {argument} for {count} states as in {source}, got {n}.")
+            raise ModelError(f"Expected {argument} for {count} states as in {source}, got {n}.{call}")
         count, source = n, argument
 
     for name, x in arrays.items():
@@ -40,12 +59,12 @@ def checked(
             names = model.coordinate_names if name == "q" else model.speed_names
             raise ModelError(
                 f"Expected {name} of shape ({sizes[name]},) or (N, {sizes[name]}), one number for each of "
-                f"{', '.join(names) or 'no coordinates'}; got shape {x.shape}."
+                f"{', '.join(names) or 'no coordinates'}; got shape {x.shape}.{call}"
             )
         if x.ndim == 2:
             leading(len(x), name)
     if time.ndim > 1:
-        raise ModelError(f"Expected t to be a number or of shape (N,), got shape {time.shape}.")
+        raise ModelError(f"Expected t to be a number or of shape (N,), got shape {time.shape}.{call}")
     if time.ndim == 1:
         leading(len(time), "t")
     for name, value in parameters.items():
@@ -67,7 +86,9 @@ def parameters_by_name(
     for key, value in (*(values or {}).items(), *named.items()):
         name = key if isinstance(key, str) else model.parameter_names.get(key, key)
         if name not in defaults:
-            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), defaults)}")
+            known = nearest(str(key), defaults) if defaults else f"'{model.name}' has none."
+            cure = " Generalized forces of forward_dynamics are forces=." if str(key) in FORCES else ""
+            raise ModelError(f"Unknown parameter '{key}'; {known}{cure}")
         if name in result:
             raise ModelError(f"Parameter '{name}' is given twice. Leave one out.")
         if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim > 0:
@@ -183,8 +204,23 @@ def of_list(x: Any) -> Any:
         return x  # refused by its name later
 
 
-def array(value: ArrayLike, name: str) -> Array:
-    """Return the value as an array of doubles of any shape."""
+def _numbers(model: Model, value: Any, name: str, call: str) -> Array:
+    """Return one of the arguments of a state as an array."""
+    names = model.coordinate_names if name == "q" else model.speed_names
+    order = f" They stand in the order {', '.join(names)}."
+    if isinstance(value, Mapping):
+        wrong = [str(key) for key in value if str(key) not in names]
+        own = "coordinate_names" if name == "q" else "speed_names"
+        cure = (
+            f" '{wrong[0]}' is none of them; {nearest(wrong[0], names)}" if wrong
+            else f" [given[name] for name in program.model.{own}] is such a list."
+        )  # fmt: skip
+        raise ModelError(f"Expected real numbers for {name}, got names.{order}{cure}{call}")
+    return array(value, name, order + call)
+
+
+def array(value: ArrayLike, name: str, cure: str = "") -> Array:
+    """Return the value as an array of doubles of any shape; ``cure`` is added to an error."""
     try:
         result = np.asarray(value)
         kind = result.dtype.kind
@@ -193,7 +229,7 @@ def array(value: ArrayLike, name: str) -> Array:
             raise TypeError
         return result.astype(float, copy=False)
     except (TypeError, ValueError, OverflowError):
-        raise ModelError(f"Expected real numbers for {name}, got {value!r}.") from None
+        raise ModelError(f"Expected real numbers for {name}, got {value!r}.{cure}") from None
 
 
 @dataclass(frozen=True)

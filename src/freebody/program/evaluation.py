@@ -9,12 +9,14 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import ModelError
 from ..model import Model
 from .arguments import (
     NUMBERS,
     Array,
     Assumption,
     assumptions,
+    call_of,
     check_parameters,
     checked,
     is_plain,
@@ -30,6 +32,7 @@ from .products import (
     check_conditions,
     compiled,
     product_named,
+    recording,
 )
 
 Values: TypeAlias = Mapping[Any, Any] | None
@@ -62,6 +65,7 @@ class Evaluation:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
+        self._timed: dict[Any, bool] = {}  # products that depend on time
         self._shortcuts: tuple[dict[Any, _Shortcut], dict[Any, _Shortcut]] = (
             {},
             {},
@@ -179,9 +183,14 @@ class Evaluation:
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         if self.model.signals:
             parameters = {**signals_at(self.model, t), **parameters}
-        arrays, time, count = checked(self.model, arguments, t, parameters)
+        arrays, time, count = checked(self.model, arguments, t, parameters, key)
         if product is None:
             product = product_named(self.model, key)
+        single = not any(x.ndim == 2 for x in arrays.values()) and not any(
+            isinstance(x, np.ndarray) for x in parameters.values()
+        )
+        if single and time.ndim == 1 and not self.model.signals:
+            self._check_times(key, product, arguments, len(time))
         program = self._compiled(key, product, count is not None)
         shape = product.shape(self.model)
         c = self._hoisted(key, program, parameters)
@@ -197,6 +206,17 @@ class Evaluation:
         parts = [x if x.ndim == 2 else np.broadcast_to(x, (count, len(x))) for x in arrays.values()]
         out = kernel.batch_of_parts(time, parts, c, threads=self.threads)
         return out.reshape(count, *shape)
+
+    def _check_times(self, key: Any, product: Product, arguments: Mapping[str, Any], count: int) -> None:
+        """Refuse several times for one state if nothing depends on time: what was meant is something else."""
+        if key not in self._timed:
+            r = recording(self.model, self._active)
+            self._timed[key] = r.state.t.index in r.tape.used(product.record(r))
+        if not self._timed[key]:
+            raise ModelError(
+                f"Expected a number as time t of one state, since nothing of '{self.model.name}' depends on time, "
+                f"got {count} numbers.{call_of(key, arguments)}"
+            )
 
     def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
         """Return the vector c, or one for each state; the last few are remembered."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..dynamics import float_state
 from ..dynamics.regressor import inertial_parameters, parameter_names
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 from .arguments import (
     Array,
     array,
@@ -31,6 +31,7 @@ class Derivatives(NamedTuple):
     by_u: Array
 
 
+@arguments_named
 class MotionEquations(Evaluation):
     """Methods of :class:`Program` for the equations of motion."""
 
@@ -180,7 +181,7 @@ class MotionEquations(Evaluation):
         state = {"q": q, "u": u}
         if self.model.constraints:
             return self._run("conditions", state, t, values, named)
-        *_, count = checked(self.model, state, t, parameters_by_name(self.model, values, named))
+        *_, count = checked(self.model, state, t, parameters_by_name(self.model, values, named), "conditions")
         return np.zeros((*(() if count is None else (count,)), 0, self.model.n_u + 1))
 
     @entered

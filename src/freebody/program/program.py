@@ -103,6 +103,7 @@ def compile_system(
     return Program(machine, threads, active)
 
 
+@arguments_named
 class Program(MotionEquations, Quantities):
     """Compiled dynamics of one model, returned by :func:`freebody.compile`.
 

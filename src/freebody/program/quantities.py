@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..dynamics.motion import transmitting
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 from .arguments import Array
 from .evaluation import Evaluation, Values
 from .products import (
@@ -47,6 +47,7 @@ class Velocity(NamedTuple):
     linear: Array
 
 
+@arguments_named
 class Quantities(Evaluation):
     """Methods of :class:`Program` for quantities at a state."""
 

@@ -56,7 +56,7 @@ def flat(found: Sequence[Any]) -> list[Any]:
 
 
 def machine_with(kind: type[Part], seed: int, data: Mapping[str, Any]) -> System:
-    """A slider and a hinge, or a ball, in a row, with a part x on them; missing data are drawn."""
+    """A slider and a hinge, a ball or a free joint in a row, with a part x on them; missing data are drawn."""
     rng = np.random.default_rng(seed)
     s = System(f"machine of {kind.__name__}")
     s.parameters(g=9.8125)
@@ -64,8 +64,8 @@ def machine_with(kind: type[Part], seed: int, data: Mapping[str, Any]) -> System
     first = s.body("first", MassProperties(2, (0, 1, 0), small_inertia(rng)))
     last = s.body("last", MassProperties(1, (1, 0, 0), small_inertia(rng)))
     s.slider("rail", s.ground, first, at=(3, 2, 1), axis="x", coordinate="x")
-    if getattr(kind, "on_balls", False):
-        data = {"joint": s.ball("ball", first, last, at=(0, 2, 1)), **data}
+    if (on := getattr(kind, "on_joint", "hinge")) != "hinge":
+        data = {"joint": getattr(s, on)(on, first, last, at=(0, 2, 1)), **data}
     else:
         s.hinge("pin", first, last, at=(0, 2, 1), axis="z", coordinate="phi")
     s.add("x", kind(**drawn_data(kind, s, rng, data)))

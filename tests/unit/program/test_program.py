@@ -11,7 +11,7 @@ import pytest
 import freebody as fb
 from freebody import dynamics
 from freebody.describe.description import parameters_of
-from freebody.errors import ExpressionError, FreebodyError, ModelError
+from freebody.errors import ArgumentError, ExpressionError, FreebodyError, ModelError
 from freebody.program.products import products_of
 from freebody.program.program import Program
 
@@ -294,6 +294,16 @@ WRONG = [
     (lambda p: p.mass_matrix(np.zeros((2, 3)), np.zeros(3)), "Expected t for 2 states as in q, got 3"),
     (lambda p: p.mass_matrix(AT_REST, np.zeros((3, 3))), r"Expected t to be a number or of shape \(N,\)"),
     (
+        lambda p: p.mass_matrix(AT_REST, [0, 1], b=1),
+        r"nothing of 'cart' depends on time, got 2 numbers. The call is mass_matrix\(q, t\), with parameters by name",
+    ),
+    (lambda p: p.bias({"x": 0}, AT_REST), r"got names. They stand in the order x, theta, phi. \[given\[name\] for name"),
+    (lambda p: p.bias({"thta": 0}, AT_REST), "'thta' is none of them; did you mean 'theta'"),
+    (lambda p: p.bias(AT_REST, ["a"]), "They stand in the order x', theta', phi'. The call is bias"),
+    (lambda p: p.forward_dynamics(AT_REST, AT_REST, tau=1), "Unknown parameter 'tau'.* forward_dynamics are forces=."),
+    (lambda p: p.forward_dynamics(AT_REST, [0]), r"The call is forward_dynamics\(q, u, t, forces=\)"),
+    (lambda p: p.jacobian(AT_REST), r"Expected jacobian\(point, q, t, values, named\): missing .*'q'"),
+    (
         lambda p: p.bias(np.zeros((2, 3)), AT_REST, M=[1, 2, 3]),
         "Expected parameter 'M' for 2 states as in q, got 3",
     ),
@@ -319,7 +329,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("call", "message"), WRONG)
 def test_wrong_arguments(call, message):
-    with pytest.raises((ModelError, ExpressionError), match=message):
+    with pytest.raises((ModelError, ExpressionError, ArgumentError), match=message):
         call(fb.compile(cart()))
 
 

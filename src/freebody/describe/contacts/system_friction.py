@@ -13,7 +13,7 @@ from ..part import add
 from .bearing_friction import BearingFriction
 from .gap import Gap
 from .joint_friction import JointFriction
-from .turn import TurnFriction, is_ball
+from .turn import ShiftFriction, TurnFriction, is_ball
 
 
 def friction(
@@ -44,7 +44,7 @@ def friction(
         Of a joint that turns; of a ball or free joint, about each of the child's joint axes. It may depend on the speed
         of the slip by the name ``slip``, and on the state: ``"T + (T_s - T)*exp(-slip/w)"``.
     force : expression [N]
-        Of a joint that slides.
+        Of a joint that slides; of a free joint, along each of the parent's joint axes.
     static : expression, optional
         The greatest force or torque while the joint sticks, or coefficient, if it is greater than that of slip.
     coordinate : int, optional
@@ -81,12 +81,18 @@ def friction(
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")
     if is_ball(joint, coordinate):
-        if torque is None or not (force is coefficient is radius is length is None):
+        free = joint.type == "free"
+        bounds = [bound for bound in (torque, force if free else None) if bound is not None]
+        others = (coefficient, radius, length, *(() if free else (force,)))
+        if len(bounds) != 1 or any(other is not None for other in others):
             raise ModelError(
-                f"Expected torque= alone for {title}, since {joint.type} joint '{joint.name}' turns about all axes: "
-                f"its friction resists the turn about each of the child's joint axes up to that torque."
+                f"Expected torque= {'or force= ' if free else ''}alone for {title}, since {joint.type} joint "
+                f"'{joint.name}' turns about all axes: its friction resists the turn about each of the child's joint "
+                f"axes up to that torque"
+                + (", another one its displacement along each of the parent's up to a force." if free else ".")
             )
-        return add(system, name, TurnFriction(joint, friction=torque, static_friction=static))
+        kind = TurnFriction if force is None else ShiftFriction
+        return add(system, name, kind(joint, friction=bounds[0], static_friction=static))
     check_displacement(joint, coordinate, title)
     if coefficient is not None:
         if torque is not None or force is not None:

@@ -1,4 +1,4 @@
-"""The stop of a ball or free joint, and its dry friction.
+"""The stop of a ball or free joint, and its dry friction, against turns and displacements.
 
 The turn φ ≥ 0 of the child's joint axes from the parent's, about the unit vector n, stays below ``high``, h < π:
 
@@ -10,6 +10,9 @@ gradient where the axes are parallel, at φ = 0. sin φ n is half the vector of 
 Dry friction resists each component of the relative angular velocity ω in the child's joint axes by itself:
 
     |T_i| ≤ T_s in stick, ω_i = 0;      T_i = -T sign(ω_i) in slip
+
+Of a free joint, it resists each component of the velocity v of the child's point as it is seen in the parent, along the
+parent's joint axes: |F_i| ≤ F_s, v_i = 0, and F_i = -F sign(v_i).
 
 Source: MuJoCo's documentation, computation, constraint model: limits of ball joints, friction loss of their degrees of
 freedom.
@@ -27,7 +30,7 @@ from ...errors import ModelError
 from ...scalar.algebra import HALF, IDENTITY, FieldVector, Scalar, apply, scale
 from ..constants import default_value
 from ..joints.joint import Joint
-from ..loads.action import Action
+from ..loads.action import Action, PointForce
 from ..loads.torsion import against, check_turn, numbers, turned, vector_of
 from ..part import Constant
 from .gap import Gap
@@ -44,7 +47,7 @@ class _Turn(Gap):
 
     joint: Joint
 
-    on_balls: ClassVar[bool] = True
+    on_joint: ClassVar[str] = "ball"
 
     def check(self) -> None:
         """Refuse a joint that does not turn freely."""
@@ -132,3 +135,62 @@ class TurnFriction(_Turn, kind="turn_friction"):
         """Return the axis, in ground axes."""
         unit = apply(numbers(at, self.joint.child_axes), IDENTITY[self.axis])
         return at.vector(FieldVector(at.field, unit), self.joint.child)
+
+
+class ShiftFriction(Gap, kind="shift_friction"):
+    """Friction of a free joint along each of the parent's joint axes, up to ``friction``."""
+
+    joint: Joint
+    axis: int = -1
+
+    noun = "friction"
+    held = True
+    on_joint: ClassVar[str] = "free"
+
+    def check(self) -> None:
+        """Refuse a joint without displacements in all directions."""
+        if self.joint.type != "free":
+            raise ModelError(
+                f"{self.heading} acts against the displacements of a free joint, but '{self.joint.name}' is a "
+                f"{self.joint.type}. s.friction(name, joint, force=) resists that of a slider."
+            )
+        super().check()
+
+    @property
+    def turns(self) -> bool:
+        """False: what acts are forces."""
+        return False
+
+    @property
+    def elements(self) -> Sequence[tuple[str, Gap]]:
+        """The friction along each axis."""
+        return [(letter, replace(self, axis=k)) for k, letter in enumerate("xyz")]
+
+    def gap(self, at: Any) -> Scalar:
+        """Return 0: it is closed always."""
+        return 0
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield nothing: no force of the machine presses it."""
+        yield from ()
+
+    def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
+        """Return the force along the axis, at the child's point, and its opposite on the parent."""
+        point, under = self._places(at)
+        unit = self._unit(at)
+        return ((PointForce(point, unit), PointForce(under, -unit)),)
+
+    def slip(self, at: Any) -> Scalar:
+        """Return the component of v."""
+        point, under = self._places(at)
+        return self._unit(at).dot(at.velocity(point) - at.velocity(under))
+
+    def _places(self, at: Any) -> tuple[Any, Any]:
+        """Return the child's point, and the place of the parent that is there."""
+        point = self.joint.child.point(*self.joint.to)
+        return point, at.spot(self.joint.parent, at.position(point))
+
+    def _unit(self, at: Any) -> FieldVector:
+        """Return the axis, in ground axes."""
+        unit = apply(numbers(at, self.joint.parent_axes), IDENTITY[self.axis])
+        return at.vector(FieldVector(at.field, unit), self.joint.parent)

@@ -98,8 +98,8 @@ class Load(Part):
     """Units of fields; a parameter that stands in one may then be given in any unit of this sort."""
     turning_units: ClassVar[Mapping[str, str]] = {}
     """Units of fields of a load along a joint's turn, if they differ from those along its slide."""
-    on_balls: ClassVar[bool] = False
-    """True if its joint has a ball."""
+    on_joint: ClassVar[str] = "hinge"
+    """Kind of its joint: `ball`, `free`, or `hinge` for any joint with displacements."""
     look: ClassVar[Look] = Look()
     switches: ClassVar[tuple[str, str]] = ("switches", "switches back")
     """What events say when a condition of ``at.where`` rises through zero, and when it falls."""

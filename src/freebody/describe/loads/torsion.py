@@ -78,7 +78,7 @@ def against(joint: Joint, moment: FieldVector) -> Iterator[Action]:
 class _Torsion(Load):
     """What springs and dampers against a turn have in common."""
 
-    on_balls = True
+    on_joint = "ball"
 
     joint: Joint
 

@@ -199,6 +199,12 @@ class Bodies:
         given = [element] if plain else self.document.given(element, place.childclass)
         full = element if plain else self.document.full(element, place.childclass)
         kind = "free" if plain else full.choice("type", JOINTS, "hinge")
+        before = next((one for one in body.joints if one.kind == "ball"), None)
+        if before is not None and kind in ("hinge", "ball"):
+            raise element.error(
+                f"expected no turn after {before.what} in body '{body.name}', got a {kind}, which MuJoCo refuses, too: "
+                "put the hinges before the ball, or a body between them"
+            )
         number = len(body.joints) + 1
         name = self._name(element, "joint", f"{body.name}_{kind}{number if number > 1 else ''}")
         if plain:

@@ -250,10 +250,7 @@ class Reader(Builder):
     def turning(self, joint: Joint, name: str, made: Any, index: int, pose: Pose) -> None:
         """Add spring, damper and friction of a ball or free joint; the body of a free one rests at ``pose``."""
         line = joint.element.line
-        if joint.kind == "ball":
-            self.dry_friction(joint.what, line, name, made, joint.friction, index)
-        elif joint.friction:
-            self.reading.left_out(joint.what, line, "a free joint moves without dry friction")
+        self.dry_friction(joint.what, line, name, made, joint.friction, index)
         child, load = made.child, partial(self.renamed, taken=self.loads)
         if joint.stiffness:
             k = self.parameter(f"k_{name}", joint.stiffness, "")

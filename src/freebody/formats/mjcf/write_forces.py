@@ -41,7 +41,11 @@ CANNOT = {
 """Why MJCF cannot hold a kind of part; what is named here or in no other place is refused."""
 HIGHEST = 4
 """Degree of the polynomial of a joint equality."""
-DRAG = "a force other than the damping -d v of a free joint that has s.damper of the same d; " + POINTS
+DRAG = {
+    "damping": "a force other than the damping -d v of a free joint that has s.damper of the same d; " + POINTS,
+    "friction": "in the format the friction of a free joint resists turns and displacements up to the same number; "
+    "give it torque= in one s.friction and force= in another",
+}
 LOOP = "its joint closes a loop; act on a joint of the tree"
 
 
@@ -55,12 +59,13 @@ class Forces:
         self.equalities: set[str] = set()  # names
         self.tendons: set[str] = set()
         self.along: list[tuple[Any, Motion, Any]] = []  # forces on coordinates
-        self.drags: dict[str, tuple[Motion, dict[str, tuple[Any, Any]]]] = {}
+        self.drags: dict[tuple[str, str], tuple[Motion, dict[str, tuple[Any, Any]]]] = {}
         m = machine
         self.sayings: dict[str, Callable[[Any], None]] = {
             "joint_spring": m.spring, "joint_damper": m.damper, "joint_friction": m.dry_friction, "stop": m.stop,
             "joint_effort": self._effort, "generalized_force": self._coordinate_force, "motor": self._motor,
             "turn_stop": self._turn_stop, "turn_friction": self._turn_friction,
+            "shift_friction": self._turn_friction,
             "torsion_spring": self._torsion, "torsion_damper": self._turning, "force": self._sliding,
             "Condition": self._condition, "Gear": self._gear,
             "ContactPair": self.contacts.add,
@@ -82,16 +87,16 @@ class Forces:
     # -- springs and damping of ball and free joints --------------------------------------------------
 
     def damp(self) -> None:
-        """Give ball and free joints their damping: the same against all their speeds."""
-        for motion, parts in self.drags.values():
+        """Give ball and free joints their damping and dry friction: the same against all their speeds."""
+        for (_, word), (motion, parts) in self.drags.items():
             values = {d for _, d in parts.values()}
             if len(values) > 1 or (motion.kind == "free" and len(parts) < 2):
-                self.machine.refuse(next(iter(parts.values()))[0].title, DRAG)
-            motion.damping = values.pop()
+                self.machine.refuse(next(iter(parts.values()))[0].title, DRAG[word])
+            setattr(motion, word, values.pop())
 
-    def _drag(self, part: Any, motion: Motion, d: Any) -> None:
-        """Add to the damping of the turns, or of the displacements, of a joint."""
-        parts = self.drags.setdefault(motion.name, (motion, {}))[1]
+    def _drag(self, part: Any, motion: Motion, d: Any, word: str = "damping") -> None:
+        """Add to what resists the turns, or the displacements, of a joint."""
+        parts = self.drags.setdefault((motion.name, word), (motion, {}))[1]
         parts[part.kind] = part, d + parts.get(part.kind, (part, 0))[1]
 
     def _ball(self, part: Any) -> Motion | None:
@@ -128,13 +133,10 @@ class Forces:
         motion.low, motion.high = 0, min(motion.high, m.number(part.high, part.title))
 
     def _turn_friction(self, part: Any) -> None:
-        """Add dry friction about the axes of a ball."""
-        m, motion = self.machine, self._ball(part)
-        if motion is None:
-            return
-        if motion.kind == "free":
-            m.refuse(part.title, "in the format the friction of a free joint resists its displacement, too")
-        m.rub(part, motion)
+        """Add dry friction about the axes of a ball or free joint, or along those of a free one."""
+        motion = self._ball(part)
+        if motion is not None:
+            self._drag(part, motion, self.machine.bound(part), "friction")
 
     def _turning(self, part: Any) -> None:
         """Add a damper of the turns of a joint."""
@@ -156,7 +158,7 @@ class Forces:
                 if d is not None:
                     self._drag(part, held.motions[0], d)
                     return
-        self.machine.refuse(part.title, DRAG)
+        self.machine.refuse(part.title, DRAG["damping"])
 
     def _slope(self, part: Any, joint: Any) -> Any:
         """Return d if a force is -d v, else None."""

@@ -38,6 +38,7 @@ class Placer:
         self.boxes: list[Box] = []
         self.areas: list[Array] = []
         self._weights: list[float] = []
+        self._bounds = np.zeros((0, 2, 2))  # least and greatest coordinates of the areas
         self._ink: list[Array] = []
 
     def area(self, polygon: Array, weight: float = 1.0) -> None:
@@ -76,22 +77,20 @@ class Placer:
             if not len(along):
                 return 0.0
         cost = 0.0
-        for area, weight in zip(self.areas, self._weights, strict=True):
-            cost += weight * float(inside(area, along).mean())
+        for k in self._reached(along):
+            cost += self._weights[k] * float(inside(self.areas[k], along).mean())
         ink = self.ink
         if at is not None and len(ink):
             # its head on the head of another arrow, on the same line
             close = sampled(points, 1.0)
             close = close[np.abs(np.linalg.norm(close - at, axis=1) - 5.0) < 2.5]
             if len(close):
-                gaps = np.sqrt(((close[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
-                cost += 0.8 * float((gaps < 2.0).mean())
+                cost += 0.8 * float(touched(close, ink, 2.0).mean())
         (x0, y0), (x1, y1) = along.min(axis=0) - 5.0, along.max(axis=0) + 5.0
         near = (ink[:, 0] > x0) & (ink[:, 0] < x1) & (ink[:, 1] > y0) & (ink[:, 1] < y1)
         ink = ink[near]
         if len(ink):
-            gaps = np.sqrt(((along[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
-            cost += 1.2 * float((gaps < 4.5).mean())
+            cost += 1.2 * float(touched(along, ink, 4.5).mean())
         for x0, y0, x1, y1 in self.boxes:
             hit = (
                 (along[:, 0] > x0 - 2)
@@ -156,9 +155,18 @@ class Placer:
                 & (ink[None, :, 1] < y1[:, None])
             )
             cost += 45.0 * np.minimum(hit.sum(axis=1), 12) + np.where(hit.any(axis=1), 150.0, 0.0)
-        for area, weight in zip(self.areas, self._weights, strict=True):
-            cost += 12.0 * weight * inside(area, centers)
+        for k in self._reached(centers):
+            cost += 12.0 * self._weights[k] * inside(self.areas[k], centers)
         return cost
+
+    def _reached(self, points: Array) -> Array:
+        """Return the numbers of the areas whose bounds meet those of points."""
+        new = self.areas[len(self._bounds) :]
+        if new:
+            bounds = np.array([(area.min(axis=0), area.max(axis=0)) for area in new])
+            self._bounds = np.concatenate([self._bounds, bounds])
+        low, high = points.min(axis=0), points.max(axis=0)
+        return np.nonzero(((self._bounds[:, 0] <= high) & (self._bounds[:, 1] >= low)).all(axis=1))[0]
 
     def arrow(self, arrow: Arrow) -> None:
         """Add an arrow that has its place."""
@@ -172,6 +180,15 @@ def sampled(points: Array, step: float) -> Array:
     lengths = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))])
     at = np.linspace(0.0, lengths[-1], max(2, int(np.ceil(lengths[-1] / step)) + 1))
     return np.column_stack([np.interp(at, lengths, points[:, 0]), np.interp(at, lengths, points[:, 1])])
+
+
+def touched(points: Array, ink: Array, gap: float) -> NDArray[np.bool_]:
+    """Truth value for each point: it is nearer than ``gap`` to one of the points of ``ink``."""
+    x, y = (points[:, k, None] - ink[:, k] for k in (0, 1))
+    x *= x
+    y *= y
+    x += y
+    return x.min(axis=1) < gap * gap
 
 
 def meets(line: Array, box: Box) -> bool:

@@ -75,4 +75,4 @@ def accelerations(parents: Sequence[int], keep: bool, start: int, size: int = 6)
             free.append(places[i])
         if parent != GROUND and last[parent] == i:
             free.append(places[parent])
-    return [*places, start], start + 6
+    return [*places, start], start + size

@@ -15,17 +15,19 @@ The second:
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
     moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
                        ground's origin (6), in ground axes
-    pressed            wrench F = I^A A + p^A that the joint transmits (6); its part across the free motion of the
-                       joint, force and moment in ground axes (6)
+    pressed            wrench F that the joint transmits (6), I^A A + p^A or what is needed and what tips pass on;
+                       its part across the free motion of the joint, force and moment in ground axes (6)
 
 ``inward`` reads the sum over the tips, p^a (6) and I^a (21), and passes on its own; ``final`` reads the parent's
 acceleration and writes A (6). The loop decides their places, since few other steps need them. It also decides those of
-the joint variables: y, y', then τ or the part of y'' free of accelerations; for a ball or free joint q, u, τ.
+the joint variables: y', τ or the part of y'' free of accelerations, sine and cosine of a turn, y of a slide; for a ball
+or free joint q, u, τ.
 
 From accelerations to forces, the joint's accelerations stand in place of τ, and there are two steps:
 
-    carried            what ``outward`` writes; A (6) where ``final`` writes it, and behind it the wrench that the
-                       motion of the link alone needs (6)
+    carried            the wrench that the motion of the link alone needs (6), in place of V or behind it, and then
+                       the varying terms of R and r; angular acceleration, acceleration of the origin, angular
+                       velocity and turning of the link (18), where ``final`` writes A
     transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
                        second record
 
@@ -50,7 +52,6 @@ from typing import Any
 from ...describe.joints.moving import Moving
 from ...dynamics.articulated import apparent_inertia, columns_solved, free_motions, pivot
 from ...dynamics.joints.freedom import Axis, carried_part
-from ...dynamics.kinematics import turning
 from ...dynamics.linear import Factorization
 from ...dynamics.state import ball_joint, free_joint, one_dof_joint, unit_motion
 from ...model.model import GROUND, Link, Model
@@ -94,6 +95,7 @@ from ...space.spatial import (
 from ...space.turn import matrix_from_sine
 from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
+from . import link_masses
 
 V, RATES = 0, 6
 SECOND = 100
@@ -113,9 +115,14 @@ SUM = 27
 COMPOSITE = 10
 """Length of a composite inertia."""
 
-CONSTANTS = 32
-"""Number of constants of a link: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin of
-the body (3)."""
+MOVING = 18
+"""Numbers that describe a given motion of a link."""
+
+OWN = 32
+"""Number of a link's own constants: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin
+of the body (3)."""
+CONSTANTS = OWN + link_masses.COUNT
+"""Number of constants of a link: its own, and the masses that given motions take."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +136,7 @@ class Kind(Moving):
     massless: bool
     free: bool  # True if its displacement can change alone
     normal: int = -1  # axis across the plane in which all links move: 0, 1, 2; -1 if there is no such plane
+    bare: int = -1  # axis of the joint if masses on it count to the parent, else -1
 
     @property
     def joint_of_one(self) -> bool:
@@ -203,7 +211,7 @@ def normal_of(links: Sequence[Link]) -> int:
 
 
 def constants_of(model: Model, i: int) -> list[Expression]:
-    """Expressions of a link's constants, in the order of :data:`CONSTANTS`."""
+    """Expressions of a link's own constants, in the order of :data:`OWN`."""
     link = model.links[i]
     origin = ZERO if link.body is None else model.bodies[link.body].origin
     return [
@@ -213,18 +221,18 @@ def constants_of(model: Model, i: int) -> list[Expression]:
 
 
 ARRAYS = {
-    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": 6, "own": 12, "second": WIDTH,
+    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": MOVING, "own": 6, "second": WIDTH,
     "parents_second": WIDTH,
 }  # fmt: skip
 """Lengths of the arrays that steps read: the link's record, joint variables, the parent's record, the sum over tips,
-the parent's acceleration, the link's own with the wrench that it needs, the second records."""
+the parent's acceleration or given motion, the link's own, the second records."""
 
 STEPS = {
     "outward": (("joint", "parent"), ("record", "second")),
     "inward": (("record", "joint", "tips"), ("passed", "record")),
     "final": (("record", "joint", "above"), ("own", "record")),
-    "carried": (("joint", "parent", "above"), ("record", "own")),
-    "transmitted": (("record", "own", "tips"), ("passed", "second")),
+    "carried": (("joint", "above"), ("record", "own")),
+    "transmitted": (("record", "tips"), ("passed", "second")),
     "composed": (("record", "tips"), ("passed", "record")),
     "projected": (("record", "own"), ("passed", "second")),
     "place": (("record", "parents_second"), ("second",)),
@@ -254,7 +262,9 @@ def compiled_step(
     tape = Tape()
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
     read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
-    recorded = _recorded(tape, read, constants, kind)
+    needed = RATES if "outward" in names else V
+    turn = needed + 6 if "carried" in names else kind.turn
+    recorded = _recorded(tape, read, constants, kind, needed, turn)
     written = {name: recorded[name] for name in names}
     ones: Matrix = ((1, 1, 1),) * 3
     kept = [*_six(kind.kept((ones[0], ones[0]))), *_blocks_list(kind.kept_blocks((ones, ones, ones)))]
@@ -280,8 +290,7 @@ def compiled_step(
     writes = tuple(len(STEPS[name][1]) for name in written)
     form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
     compiled = compile_tape(tape, functions, None, state, constants, form=form)
-    turn = next(len(values) for _, start, values in recorded["outward"] if start == kind.turn)
-    return Step(compiled, kind.turn + turn)
+    return Step(compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn))
 
 
 Written = list[tuple[str, int, list[Scalar]]]
@@ -289,9 +298,11 @@ Written = list[tuple[str, int, list[Scalar]]]
 
 
 def _recorded(
-    tape: Tape, read: dict[str, list[Traced]], constants: list[Traced], kind: Kind
-) -> dict[str, Written]:
-    """Record all steps of a kind."""
+    tape: Tape, read: dict[str, list[Traced]], constants: list[Traced], kind: Kind, needed_at: int,
+    turn_at: int,
+) -> dict[str, Written]:  # fmt: skip
+    """Record all steps of a kind, with the places of the needed wrench and of the varying terms of R and r."""
+    given = turn_at == needed_at + 6
     record, joint, tips = read["record"], read["joint"], read["tips"]
     E, n = _constant_axes(constants, kind)
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
@@ -314,10 +325,11 @@ def _recorded(
         R, r, vJ = free_joint(E, position, joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
-        turned = matrix_from_sine(n, joint[3], joint[4])
-        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, joint[0], joint[1], turned)
+        turned = matrix_from_sine(n, joint[2], joint[3])
+        y = joint[4 if kind.motion.turns else 2]
+        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, y, joint[0], turned)
         S = unit_motion(kind.motion, n, pitch)
-        tau = joint[2:3]
+        tau = joint[1:2]
     # outward
     V_i = plus(kind.kept(motion_to_child(R, r, spatial(read["parent"][V:]))), vJ)
     coordinate_rates: list[Scalar] = []
@@ -328,10 +340,10 @@ def _recorded(
         ]
     elif kind.pivots:
         coordinate_rates = [*quaternion_rate(_quaternion(joint[0:4]), vJ[0])]
-    turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[kind.turn :])
+    turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[turn_at:])
     outward: Written = [
         ("record", V, [*_six(V_i)]),
-        ("record", kind.turn, turn),
+        ("record", turn_at, turn),
         ("second", COORDINATE_RATES - SECOND, coordinate_rates),
     ]
     # inward, from the record that `outward` has written
@@ -339,7 +351,7 @@ def _recorded(
     V_ = spatial(record[V:])
     c = motion_cross(V_, vJ)
     if kind.driven and S is not None:
-        c = plus(c, times(joint[2], S))
+        c = plus(c, times(joint[1], S))
     p = force_cross(V_, momentum_of(inertia, V_))
     I_A = kind.kept_blocks(blocks_sum(_blocks(tips[6:]), blocks(inertia)))
     p_A = kind.kept(plus(_spatial(tips), p))
@@ -371,19 +383,20 @@ def _recorded(
     for S_k, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S_k))
     # carried, transmitted
-    carried = plus(motion_to_child(R, r, _spatial(read["above"])), motion_cross(V_i, vJ))
+    x = read["above"]
+    motion_above = (_vector(x), _vector(x[3:6]), _vector(x[6:9]), _matrix(x[9:]))
+    rate: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
     if kind.own:
-        carried = plus(carried, (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO))
-    elif S is not None:
-        carried = plus(carried, times(joint[2], S))
-    needed = _needed(inertia, V_i, carried)
-    A_ = _spatial(read["own"])
-    F = plus(_spatial(read["own"][6:]), _spatial(tips))
+        rate = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
+    motion_given = link_masses.accelerated(R, r, vJ, rate, motion_above)
+    mass = link_masses.of(constants[OWN:], kind.bare)
+    needed = (ZERO, ZERO) if kind.massless else link_masses.needed(mass, motion_given[3], motion_given[1])
+    F = plus(_spatial(record[needed_at:]), _spatial(tips))
     # composed, projected
     moves = free_motions(_any_link(kind), S) if kind.own or S is not None else []
     x = tips
     composite = inertia_sum((x[0], _vector(x[1:4]), _symmetric(x[4:10])), inertia)
-    mass, first_moment, moment_of_inertia = inertia_to_parent(R_, r_, composite)
+    total, first_moment, moment_of_inertia = inertia_to_parent(R_, r_, composite)
     momentum = _spatial(read["own"])
     # place
     above = read["parents_second"][PLACE - SECOND :]
@@ -399,20 +412,24 @@ def _recorded(
     R_N, p_N = _matrix(pose), _vector(pose[9:])
     w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
-    F_A = plus(blocks_times(I_A, A_), p_A)
+    F_A = F if given else plus(blocks_times(I_A, _spatial(read["own"])), p_A)
     axes = [Axis(0, kind.kind, n, pitch, True)] if kind.joint_of_one and kind.free else []
     moment, force_across = carried_part(kind if kind.own else None, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,
         "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
-        "carried": [*outward[:2], ("own", 0, [*_six(carried), *_six(needed)])],
+        "carried": [
+            ("record", turn_at, turn),
+            ("record", needed_at, [*_six(needed)]),
+            ("own", 0, [x for v in motion_given[:3] for x in v] + _flat(motion_given[3])),
+        ],
         "transmitted": [
             ("passed", 0, [*_six(force_to_parent(R_, r_, F))]),
             ("second", ALONG - SECOND, [power(S_k, F) for S_k in moves]),
         ],
         "composed": [
-            ("passed", 0, [mass, *first_moment, *_upper(moment_of_inertia)]),
+            ("passed", 0, [total, *first_moment, *_upper(moment_of_inertia)]),
             ("record", kind.solved, [x for S_k in moves for x in _six(momentum_of(composite, S_k))]),
         ],
         "projected": [
@@ -425,15 +442,6 @@ def _recorded(
             ("second", PRESSED - SECOND, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])
         ],
     }
-
-
-def _needed(inertia: Any, V: Spatial, A: Spatial) -> Spatial:
-    """Return the wrench that a motion needs: J α + w × J w + h × a and m a + ([α]× + [w]×²) h, a = A_v + w × v."""
-    m, h, J = inertia
-    (w, v), (alpha, A_v) = V, A
-    a = add(A_v, cross(w, v))
-    n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
-    return (n, add(scale(m, a), apply(turning(w, alpha), h)))
 
 
 def _constant_axes(constants: Sequence[Traced], kind: Kind) -> tuple[Matrix, Vector]:

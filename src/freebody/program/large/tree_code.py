@@ -111,8 +111,9 @@ def places(parts: Parts) -> dict[str, Any]:
         "given": int(parts.back), "joint": parts.joint, "cleared": parts.sums.cleared,
         # links that move in a plane leave out what stands across it
         "kept": parts.sums.aside if parts.normal < 0 else parts.sums.end,
-        "ground": parts.base, "ground_end": parts.base + link_step.WIDTH,
-        "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest, "totals": parts.totals,
+        "ground": parts.base, "ground_end": parts.base + (link_step.WIDTH if "place" in parts.loops else 0),
+        "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest,
+        "at_rest_end": at_rest + (link_step.MOVING if parts.back else 6), "totals": parts.totals,
         "kinetic": link_step.KINETIC - SECOND, "momentum": link_step.MOMENTUM - SECOND,
         "along": link_step.ALONG - SECOND, "matrix": parts.matrix, "order": parts.model.n_u,
         "projection": parts.momentum, "turned": _whole(parts.turned), "turning": len(parts.turned),

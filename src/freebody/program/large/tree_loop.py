@@ -40,6 +40,7 @@ from ...native import codegen
 from ...native.records import WIDTH
 from ...scalar.algebra import ZERO
 from ..kernels import Kernel
+from .link_masses import counted
 from .link_step import constants_of
 from .tree_code import entries
 from .tree_parts import Directions, Parts
@@ -195,10 +196,12 @@ class LoopedSet:
         values = {parameter.symbol: float(x) for parameter, x in zip(self.model.parameters, p, strict=True)}
         state = float_state(self.model, values=values)
         c = np.empty(self.hoisted)
+        links, kinds = self.model.links, self._parts.kinds
+        own = [[float(state(x)) for x in constants_of(self.model, i)] for i in range(len(links))]
+        masses = counted(links, own, [kind.bare for kind in kinds])
         for i, start in enumerate(self._parts.offsets):
             step = self._parts.step(i)
-            numbers = [float(state(x)) for x in constants_of(self.model, i)]
-            c[start : start + step.hoisted] = step.constants(numbers)
+            c[start : start + step.hoisted] = step.constants([*own[i], *masses[i]])
         c[self._parts.straight_offset :] = self._parts.straight.constants(p)
         return c
 

@@ -39,6 +39,7 @@ from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
 from . import link_moves, link_step
 from .link_places import accelerations, sums
+from .link_masses import is_bare
 from .link_step import Step, compiled_step, kind_of, normal_of
 
 OF_Q = ("potential_energy", "postures", "jacobian", "mass_matrix")
@@ -58,12 +59,13 @@ class Directions(NamedTuple):
 
 GIVEN = ("inverse", "reactions_at")
 """Modes with given accelerations."""
-FORCES, ACCELERATIONS = ("inward", "final", "place"), ("transmitted", "carried", "place")
+FORCES, ACCELERATIONS = ("outward", "inward", "final", "place"), ("transmitted", "carried")
 STEPS = {
     "motion": (*FORCES, "moved"), "forced": FORCES, "reactions": (*FORCES, "pressed"), "inverse": ACCELERATIONS,
-    "reactions_at": (*ACCELERATIONS, "pressed"), "mass": ("composed", "projected"), "jacobian": ("place",),
+    "reactions_at": (*ACCELERATIONS, "outward", "place", "pressed"), "mass": ("outward", "composed", "projected"),
+    "jacobian": ("outward", "place"),
 }  # fmt: skip
-"""Steps of each mode; those from forces to accelerations, and those at rest, begin with outward."""
+"""Steps of each mode. From accelerations to forces, loads may need poses and velocities besides."""
 
 
 class _Inputs(list[Any]):
@@ -104,24 +106,34 @@ class Parts:
     ) -> None:
         self.model, self.mode, self.directions = model, mode, directions
         self.lanes, self.shared = lanes, shared
-        self.block = WIDTH if lanes == 1 else 1  # angles whose sines are computed side by side
+        self.block = WIDTH if lanes == 1 else 4  # angles whose sines are computed by one call
         self.back = mode in GIVEN  # from accelerations to forces
         self.turning = [i for i, link in enumerate(model.links) if link.one_dof and link.motion.turns]
-        self.loops = STEPS[mode] if self.back else ("outward", *STEPS[mode])
-        self._compile_steps()
+        self._choose_kinds()
         self._compile_straight(point)
         self.hoisted = self.straight_offset + self.straight.hoisted
         del self._inputs  # and with them the tape
 
-    def _compile_steps(self) -> None:
-        """Compile the steps of every kind of link, and place their constants in c."""
-        model = self.model
-        free = {i for i, _ in free_displacements(model)}
+    def _choose_kinds(self) -> None:
+        """Choose the kind of every link."""
+        links = self.model.links
+        free = {i for i, _ in free_displacements(self.model)}
         # modes with forces and reactions as results need loads across the plane, too
-        self.normal = normal_of(model.links) if self.mode in ("motion", "forced") else -1
-        self.kinds = [kind_of(link, i in free, self.normal) for i, link in enumerate(model.links)]
+        self.normal = normal_of(links) if self.mode in ("motion", "forced") else -1
+        self.kinds = [kind_of(link, i in free, self.normal) for i, link in enumerate(links)]
         if self.back or self.mode == "mass":  # no accelerations along displacements follow from forces
             self.kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self.kinds]
+        if self.mode == "inverse":
+            self.kinds = [
+                replace(kind, free=True, bare=kind.axis if is_bare(links, i, kind.axis) else -1)
+                for i, kind in enumerate(self.kinds)
+            ]
+
+    def _compile_steps(self) -> None:
+        """Compile the steps of every kind of link, and place their constants in c."""
+        self.loops = STEPS[self.mode]
+        if self.back and self.placed and "place" not in self.loops:
+            self.loops = (*self.loops, "outward", "place")
         self.steps: dict[link_step.Kind, Step] = {
             kind: compiled_step(kind, self.loops, self.lanes, self.shared, self.directions is not None)
             for kind in dict.fromkeys(self.kinds)
@@ -173,7 +185,8 @@ class Parts:
         energetic = mode == "motion"
         power = load_power(model, state) if energetic else 0
         spring = load_potential(model, state) if energetic else 0
-        self.placed = len(state.cache["postures"].inputs) > 0
+        self.placed = bool(state.cache["postures"].inputs or (self.back and state.cache["velocities"].inputs))
+        self._compile_steps()
         self.loads_end = len(self._inputs)
         self.works = False
         if mode in ("reactions", "reactions_at"):
@@ -281,9 +294,15 @@ class Parts:
         """Place sines and cosines of angles, in blocks, behind the other variables of the joints."""
         self.turned = list(dict.fromkeys(self.joints[i][0] for i in self.turning))
         self.sines, size = start, self.block
-        for i in self.turning:
-            block, k = divmod(self.turned.index(self.joints[i][0]), size)
-            self.joints[i] += [start + 2 * size * block + k, start + 2 * size * block + size + k]
+        for i, link in enumerate(self.model.links):
+            if link.one_dof:
+                y, rate, last = self.joints[i]
+                self.joints[i] = [rate, last]
+                if link.motion.turns:
+                    block, k = divmod(self.turned.index(y), size)
+                    self.joints[i] += [start + 2 * size * block + k, start + 2 * size * block + size + k]
+                if link.motion.slides:
+                    self.joints[i].append(y)
         self.turned += self.turned[-1:] * (-len(self.turned) % size)
         return start + 2 * len(self.turned)
 
@@ -292,9 +311,10 @@ class Parts:
         links = self.model.links
         parents = [link.parent for link in links]
         everywhere = self.mode.startswith("reactions")
-        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, link_step.SUM)
+        size = 6 if self.back else link_step.SUM
+        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, size)
         self.accelerations, start = accelerations(
-            parents, everywhere or self.back, self.sums.end, link_step.ARRAYS["own"] if self.back else 6
+            parents, everywhere, self.sums.end, link_step.MOVING if self.back else 6
         )
         self.joint = start
         self.records = []

@@ -86,7 +86,8 @@ class Tree(Record):
     ground_axes: Count
     """Rotation of the ground in its second record, which lies from ``ground`` to ``ground_end``."""
     at_rest: Count
-    """Acceleration of the ground: angular, then linear, against gravity."""
+    at_rest_end: Count
+    """Acceleration of the ground: angular, then linear, against gravity; further numbers are zero."""
     totals: Count
     kinetic: Count
     momentum: Count

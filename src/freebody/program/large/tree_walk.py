@@ -129,8 +129,8 @@ def outward(S: Row, c: Reals, tree: Tree, posed: int) -> None:
         parent = shifted(S, tree.parent[i])
         if tree.given != 0:
             own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
-            carried_step(tree.carried[i], S, joint, constants, link, parent, above, own)
-        else:
+            carried_step(tree.carried[i], S, joint, constants, link, above, own)
+        if tree.given == 0 or posed != 0:
             outward_step(tree.outward[i], S, joint, constants, link, parent, second)
         if posed != 0:
             place_step(tree.place[i], S, link, constants, second, shifted(S, tree.parents_second[i]))
@@ -165,9 +165,8 @@ def transmitted(S: Row, c: Reals, tree: Tree) -> None:
     """Wrenches that give these accelerations, tips first."""
     for i in range(tree.links - 1, -1, -1):
         link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
-        own, second = shifted(S, tree.own[i]), shifted(S, tree.second[i])
-        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
-        transmitted_step(tree.transmitted[i], S, link, constants, passed, own, tips, second)
+        passed, tips, second = shifted(S, tree.passed[i]), shifted(S, tree.tips[i]), shifted(S, tree.second[i])
+        transmitted_step(tree.transmitted[i], S, link, constants, passed, tips, second)
         if tree.added[i] >= 0:
             add(shifted(S, tree.added[i]), passed, 6)
 
@@ -269,7 +268,7 @@ def begin(S: Row, c: Reals, tree: Tree, state: int) -> None:
     clear(S, 2 + state, 2 + tree.inputs)
     clear(S, tree.cleared, tree.kept)
     clear(S, tree.ground, tree.ground_end)
-    clear(S, tree.at_rest, tree.at_rest + 3)
+    clear(S, tree.at_rest, tree.at_rest_end)
     for k in range(3):
         assign(S, tree.ground_axes + 4 * k, 1.0)
     run(tree.front, S, c, tree)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import freebody as fb
-from freebody.describe.contacts.turn import TurnFriction, TurnStop
+from freebody.describe.contacts.turn import ShiftFriction, TurnFriction, TurnStop
 from freebody.errors import ModelError
 from freebody.testing import check_contact
 
@@ -34,6 +34,28 @@ def test_the_power_of_its_moment_is_the_rate_of_the_gap(high: float) -> None:
 
 def test_friction_moves_about_the_axes_of_the_child() -> None:
     check_contact(TurnFriction, friction=0.3)
+
+
+def test_friction_of_a_free_joint_along_the_axes_of_the_parent() -> None:
+    check_contact(ShiftFriction, friction=0.3)
+
+
+def test_a_free_body_stops_along_each_axis_by_itself_as_in_mjcf(tmp_path) -> None:
+    """A mass that turns: each component of its velocity stops after m v/F, each turn of a sphere after J w/F."""
+    xml = """<mujoco><option gravity="0 0 0"/><worldbody><body name="stone"><joint name="air" type="free"
+    frictionloss="0.5"/><inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+    path = tmp_path / "stone.xml"
+    path.write_text(xml)
+    start = {"air_vx": 0.3, "air_vy": -0.2, "air_vz": 0.1, "air_wx": 0.35}
+    times = sorted([2 * 0.3 / 0.5, 2 * 0.2 / 0.5, 2 * 0.1 / 0.5, 0.35 / 0.5])
+    s = fb.read(path, friction=True, symbols="none")
+    fb.write(s, tmp_path / "again.xml")
+    for system in (s, fb.read(tmp_path / "again.xml", friction=True, symbols="none")):
+        start = {name: start[name] for name in start}
+        motion = fb.simulate(system, 2, initial=start, tolerance=1e-11)
+        stops = sorted({round(event.time, 8) for event in motion.events})
+        assert stops == pytest.approx(times, rel=1e-8)
+        assert motion.energy.kinetic[-1] == 0
 
 
 def test_a_ball_that_swings_in_a_plane_stops_and_rubs_as_a_hinge() -> None:
@@ -104,6 +126,7 @@ REFUSED = {
     "too far": ("stop", {"high": 4}, "the greatest angle of the turn, got 4 rad. No turn is larger: leave it out"),
     "nothing": ("stop", {"high": 0}, "got 0 rad. A joint that does not turn is s.weld"),
     "force": ("friction", {"force": 1}, "for friction 'x', since ball joint 'pin' turns about all axes"),
+    "both": ("friction", {"force": 1, "torque": 1}, "Expected torque= alone for friction 'x'"),
     "load": ("friction", {"coefficient": 1, "radius": 1}, "Expected torque= alone for friction 'x'"),
 }  # fmt: skip
 
@@ -125,3 +148,14 @@ def test_a_hinge_is_no_ball(part: type) -> None:
         ModelError, match="acts against the turn of a ball or free joint, but 'pin' is a hinge"
     ):
         s.add("x", part(s.joints["pin"], **data))
+
+
+def test_a_free_joint_has_friction_of_turns_or_of_displacements() -> None:
+    s = fb.System("stone")
+    air = s.free("air", s.ground, s.body("stone", fb.sphere(1, 0.1)))
+    for data in ({}, {"force": 1, "torque": 1}, {"force": 1, "coefficient": 1}):
+        with pytest.raises(ModelError, match="Expected torque= or force= alone for friction 'x', since free joint"):
+            s.friction("x", air, **data)
+    with pytest.raises(ModelError, match="displacements of a free joint, but 'pin' is a ball"):
+        system = pendulum("ball")
+        system.add("x", ShiftFriction(system.joints["pin"], friction=1))
