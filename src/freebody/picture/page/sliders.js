@@ -54,13 +54,15 @@ function sliders(root, list, length, symbols, moved) {
       for (const name in start)
         if (places[name] && places[name].follows.length && !(name in state.initial)) places[name].show(start[name]);
     },
-    // Shows the forces that would hold the machine at rest in the position of the start, beside its coordinates.
+    // Shows the forces that would hold the machine at rest in the position of the start, beside its coordinates; none
+    // where it stays by itself.
     hold(units, forces) {
       const least = 1e-9 * Math.max(...forces.map(Math.abs), 0);
       Object.entries(units).forEach(([name, unit], k) => {
         const place = places[name];
         if (!place) return;
         place.unit ??= place.tail.textContent;
+        if (!least) return place.tail.replaceChildren(place.unit);
         const force = `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
         place.tail.textContent = `${place.unit} (${force})`.trim();
         place.tail.title = `${force} holds the machine at rest with this ${name}`;
