@@ -62,6 +62,7 @@ function sliders(root, list, length, symbols, moved) {
         const place = places[name];
         if (!place) return;
         place.unit ??= place.tail.textContent;
+        place.tail.title = "";
         if (!least) return place.tail.replaceChildren(place.unit);
         const force = `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
         place.tail.textContent = `${place.unit} (${force})`.trim();
