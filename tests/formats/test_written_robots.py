@@ -453,7 +453,7 @@ SHAPES = {
     "ellipsoid": lambda body: body.ellipsoid((0.3, 0.2, 0.1), at=(0, 0.1, 0)),
     "box": lambda body: body.corners(size=(0.4, 0.2, 0.1), at=(0.1, 0, 0)),
     "hull": lambda body: body.corners((0.5, 0, 0), (0, 0.25, 0), (0, 0, 0.5), (-0.25, -0.25, -0.5)),
-    "cylinder": lambda body: [body.circle(0.2, at=(0, y, 0.1), axis="y") for y in (-0.1, 0.3)],
+    "cylinder": lambda body: [body.drum(0.2, 0.4, at=(0, 0.1, 0.1), axis="y")],
 }  # fmt: skip
 
 
@@ -568,9 +568,8 @@ REFUSED: dict[str, tuple[str, Any, str]] = {
     "bodies": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), moving(s, "b")[0].sphere(0.1)), "contact 'c': bodies of such a file touch planes of the ground; keep it in Python or in a .toml file"),
     "restitution": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), s.ground.plane(), restitution=0.5), "contact 'c': its restitution; contacts of the format do not rebound, leave out restitution="),
     "static friction": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), s.ground.plane(), friction=0.2, static_friction=0.5), "contact 'c': its static friction; leave out static_friction="),
-    "circle": ("xml", lambda s: s.contact("c", moving(s)[0].circle(0.1), s.ground.plane()), "contact 'c': a circle alone; a cylinder of the format touches with the circles of both its ends"),
-    "circles": ("xml", lambda s: (b := moving(s)[0], *(s.contact(f"c{x}", b.circle(0.1, at=(x, 0, 0)), s.ground.plane()) for x in (0, 1))), "contact 'c1': two circles that are not the ends of a cylinder; put both on one axis"),
-    "point": ("xml", lambda s: s.contact("c", moving(s)[0].point(0, 0, 1), s.ground.plane()), "contact 'c': a point of body 'body' is no shape of the format; use spheres, capsules, ellipsoids, boxes, corners of a solid or the two circles of a cylinder"),
+    "circle": ("xml", lambda s: s.contact("c", moving(s)[0].circle(0.1), s.ground.plane()), "contact 'c': a circle of body 'body' is no shape of the format; use spheres, capsules, drums, ellipsoids, boxes or corners of a solid"),
+    "point": ("xml", lambda s: s.contact("c", moving(s)[0].point(0, 0, 1), s.ground.plane()), "contact 'c': a point of body 'body' is no shape of the format; use spheres, capsules, drums, ellipsoids, boxes or corners of a solid"),
     "flat": ("xml", lambda s: s.contact("c", moving(s)[0].corners(size=(1, 1)), s.ground.plane()), "contact 'c': a flat mesh has no hull; give the corners of a solid, or spheres"),
     "controller": ("urdf", lambda s: (moving(s), s.parameters(u=0), s.controller(lambda t, x: 0.0, 0.1, "u", name="pid")), "'pid': controllers and signals stay in Python"),
 }  # fmt: skip

@@ -205,7 +205,10 @@ class Builder:
             return
         turns, free = made.primitives[index].turns, made.type == "free"
         bound = self.parameter(f"f_{name}", value, "" if free else "N m" if turns else "N")
-        for ending, word in (("friction", "torque" if turns else "force"), *([("drag", "force")] if free else [])):
+        for ending, word in (
+            ("friction", "torque" if turns else "force"),
+            *([("drag", "force")] if free else []),
+        ):
             given: Any = {word: bound}
             self.s.friction(self.renamed(f"{name}_{ending}", self.joints), made, coordinate=index, **given)
 

@@ -1,6 +1,6 @@
 """Solids of a robot's links as shapes of contacts: they touch a floor, and each other in families.
 
-A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the circles of its ends. Spheres,
+A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the edges of its ends. Spheres,
 capsules, boxes and hulls touch each other; a family has one coefficient of friction.
 """
 
@@ -72,29 +72,29 @@ def gives_floor(option: Any) -> bool:
     return isinstance(option, Mapping) and any(key in option for key in FLOOR)
 
 
-def shapes_of(solid: Solid) -> list[Any]:
-    """Return the shapes by which a solid touches a plane; ModelError if it has none."""
+def shape_of(solid: Solid) -> Any:
+    """Return the shape by which a solid touches a plane; ModelError if it has none."""
     body, place, R = solid.body, solid.pose.point, solid.pose.rotation.matrix
     match solid.kind:
         case "sphere":
-            return [body.sphere(solid.sizes[0], at=solid.pose.position)]
+            return body.sphere(solid.sizes[0], at=solid.pose.position)
         case "capsule":
             radius, half = solid.sizes
-            return [body.capsule(place((0, 0, -half)), place((0, 0, half)), radius)]
+            return body.capsule(place((0, 0, -half)), place((0, 0, half)), radius)
         case "cylinder":
             radius, half = solid.sizes
             axis = tuple(row[2] for row in R)
-            return [body.circle(radius, at=place((0, 0, z)), axis=axis) for z in (-half, half)]
+            return body.drum(radius, 2 * half, at=solid.pose.position, axis=axis)
         case "box":
-            return [body.corners(*corners_of(solid))]
+            return body.corners(*corners_of(solid))
         case "ellipsoid":
             # along the body's axes: each row of R has one entry, ±1
             if not all(x in (-1, 0, 1) for row in R for x in row):
                 raise ModelError("an ellipsoid that is turned in its body has no law of contact")
             half_axes = tuple(sum(abs(x) * a for x, a in zip(row, solid.sizes, strict=True)) for row in R)
-            return [body.ellipsoid(half_axes, at=solid.pose.position)]
+            return body.ellipsoid(half_axes, at=solid.pose.position)
         case "mesh":
-            return [body.corners(*(place(tuple(v)) for v in hull_of(solid.vertices).tolist()))]
+            return body.corners(*(place(tuple(v)) for v in hull_of(solid.vertices).tolist()))
     raise ModelError(f"a {solid.kind} has no law of contact with a plane")
 
 
@@ -110,7 +110,7 @@ def solid_of(solid: Solid) -> Any:
         case "mesh":
             return body.hull(*(solid.pose.point(tuple(v)) for v in hull_of(solid.vertices).tolist()))
         case "sphere" | "capsule":
-            return shapes_of(solid)[0]
+            return shape_of(solid)
     article = "an" if solid.kind[0] in "aeiou" else "a"
     raise ModelError(f"{article} {solid.kind} has no law of contact with solids")
 
@@ -138,17 +138,15 @@ def hull_of(vertices: Any) -> Any:
 def touch(builder: Any, solid: Solid, plane: Any, floor: str, friction: float) -> None:
     """Let a solid touch a plane, or report why it does not."""
     try:
-        shapes = shapes_of(solid)
+        shape = shape_of(solid)
     except FreebodyError as error:
         builder.reading.left_out(
             solid.what, solid.element.line, "it does not touch the floor", str(error).rstrip(".")
         )
         return
-    mu = builder.coefficient(friction)
-    for shape in shapes:
-        name = builder.renamed(f"{solid.name}_{floor}", builder.joints)
-        builder.s.contact(name, shape, plane, friction=mu)
-    builder.reading.counts["contact"] += len(shapes)
+    name = builder.renamed(f"{solid.name}_{floor}", builder.joints)
+    builder.s.contact(name, shape, plane, friction=builder.coefficient(friction))
+    builder.reading.counts["contact"] += 1
 
 
 def given_floor(builder: Any, line: int, why: str) -> tuple[Any, float | None]:

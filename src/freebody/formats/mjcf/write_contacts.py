@@ -1,18 +1,17 @@
 """Writer of contacts in MJCF: shapes of bodies and planes of the ground as geoms that only named pairs let touch.
 
-A box has its eight corners, a mesh those of a convex hull; a cylinder is two circles of one radius on one axis.
+A box has its eight corners, a mesh those of a convex hull.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import ModelError
-from ...scalar.algebra import HALF, Vector, add, cross, scale, subtract
+from ...scalar.algebra import Vector
 from ...space.pose import Pose
-from ...space.rotation import TOLERANCE, Rotation
+from ...space.rotation import Rotation
 from ..builder import normal, whole
 from ..contacts import hull_of
 from ..machine import Machine, text_of
@@ -75,26 +74,13 @@ class Contacts:
 
     def finish(self) -> None:
         """Add the geoms and pairs."""
-        circles: dict[Any, tuple[str, Any]] = {}
         for name, shape, plane, friction in self.waiting:
-            if shape.kind == "circle":
-                key = (shape.body.name, shape.radius, plane, friction)
-                if key not in circles:
-                    circles[key] = name, shape
-                    continue
-                shape = (circles.pop(key)[1], shape)
             geom = self._geom(name, shape)
             if geom is not None:
                 self._pair(name, shape, geom, plane, friction)
-        for name, _ in circles.values():
-            self.machine.refuse(
-                f"contact '{name}'",
-                "a circle alone; a cylinder of the format touches with the circles of both its ends",
-            )
 
     def _pair(self, name: str, shape: Any, geom: dict[str, str], plane: str, friction: float) -> None:
-        body = (shape[0] if isinstance(shape, tuple) else shape).body
-        SubElement(self.elements[body.name], "geom", {"name": name, **geom, **UNSEEN, **GROUP})
+        SubElement(self.elements[shape.body.name], "geom", {"name": name, **geom, **UNSEEN, **GROUP})
         laws = (
             {"condim": "1"}
             if friction == 0
@@ -105,8 +91,6 @@ class Contacts:
     def _geom(self, name: str, shape: Any) -> dict[str, str] | None:
         """Return the type, size and pose of a shape; None if it is refused."""
         m, title = self.machine, f"contact '{name}'"
-        if isinstance(shape, tuple):
-            return self._cylinder(title, *shape)
         frame = m.place(shape.body, Pose())
         match shape.kind:
             case "sphere" if not shape.inside:
@@ -118,6 +102,13 @@ class Contacts:
                     "type": "capsule",
                     "size": text_of(m.number(shape.radius, title)),
                     "fromto": text_of(*ends[1], *ends[0]),
+                }
+            case "drum":
+                turn = Rotation.trusted(normal(m.vector(shape.axis, title)))
+                return {
+                    "type": "cylinder",
+                    "size": text_of(m.number(shape.radius, title), m.number(shape.length, title) / 2),
+                    **pose_attributes(frame @ Pose(turn, m.vector(shape.at, title))),
                 }
             case "ellipsoid":
                 pose = frame @ Pose(position=m.vector(shape.at, title))
@@ -134,7 +125,7 @@ class Contacts:
                 return self._corners(name, [m.vector(corner, title) for corner in shape.corners], frame)
         m.refuse(
             title, f"a {shape.kind} of body '{shape.body.name}' is no shape of the format; use spheres, capsules, "
-            "ellipsoids, boxes, corners of a solid or the two circles of a cylinder",
+            "drums, ellipsoids, boxes or corners of a solid",
         )  # fmt: skip
         return None
 
@@ -159,28 +150,3 @@ class Contacts:
         vertices = text_of(*(x for point in points for x in frame.point(point)))
         SubElement(self.sections["asset"], "mesh", name=name, vertex=vertices)
         return {"type": "mesh", "mesh": name}
-
-    def _cylinder(self, title: str, one: Any, two: Any) -> dict[str, str] | None:
-        """Return the cylinder between two circles of one axis."""
-        m = self.machine
-        frame = m.place(one.body, Pose())
-        ends = [m.vector(circle.at, title) for circle in (one, two)]
-        along = subtract(*ends)
-        length = math.hypot(*along)
-        axes = [m.vector(circle.axis, title) for circle in (one, two)]
-        if (
-            one.inside
-            or two.inside
-            or not length
-            or any(abs(x) > TOLERANCE * length for axis in axes for x in cross(along, axis))
-        ):
-            m.refuse(title, "two circles that are not the ends of a cylinder; put both on one axis")
-            return None
-        middle = scale(HALF, add(*ends))
-        x, y, z = (a / length for a in along)
-        pose = frame @ Pose(Rotation.trusted(normal((x, y, z))), middle)
-        return {
-            "type": "cylinder",
-            "size": text_of(m.number(one.radius, title), length / 2),
-            **pose_attributes(pose),
-        }
