@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from ...dynamics.loads.actions import places
 from ...dynamics.loads.power import joint_link
 from ...errors import ModelError, shown
 from ...symbolic.printing.display import latex
-from ...symbolic.printing.latex import latex_name
+from ...symbolic.printing.latex import latex_name, latex_number
 from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
 from ..paper.sheet import Arrow, Line, Style, arc, box_of
@@ -277,7 +278,9 @@ def gravity(m: MachineDrawing) -> None:
     arrow = Arrow(np.array([start, start + 30.0 * d / length]), Style(INK, 1.2))
     m.add([arrow], class_="gravity")
     components = [c for c in m.model.gravity if not (isinstance(c, int) and c == 0)]
-    tex = (
-        latex(m.e.state(components[0]), m.e.ring).removeprefix("-") if len(components) == 1 else r"\mathbf{g}"
-    )
+    tex = r"\mathbf{g}"
+    if len(components) == 1 and isinstance(components[0], int | Fraction):
+        tex = latex_number(abs(float(components[0]))) + r"\,\mathrm{m/s^2}"
+    elif len(components) == 1:
+        tex = latex(m.e.state(components[0]), m.e.ring).removeprefix("-")
     m.labels.append((f"${tex}$", [(start + 15.0 * d / length, np.array([1.0, 0.0]))], 11.0, INK))

@@ -4,12 +4,13 @@
 const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
 const ROWS = 6, ROW = 13;
 
-// Draws the timeline, under the time bar as it was ``measured``; returns a function that moves its cursor to the time of the motion. Without events and contacts it
+// Draws the timeline of the contacts that touch, under the time bar as it was ``measured``; returns a function that moves its cursor to the time of the motion. Without events and contacts it
 // draws nothing.
 function timeline(root, measured, scene, motion, seek) {
   const { modes, events } = scene, first = motion.first, span = motion.last - motion.first || 1;
   if (!modes.length && !events.length) return () => {};
-  const rows = modes.slice(0, ROWS), width = 1000, x = (t) => (width * (t - first)) / span;
+  const touching = modes.filter(({ spans }) => spans.some(([mode]) => mode !== "open"));
+  const rows = (touching.length ? touching : modes).slice(0, ROWS), width = 1000, x = (t) => (width * (t - first)) / span;
   const box = element("div", { class: "timeline" }, root), names = element("div", { class: "names" }, box);
   const high = ROW * rows.length + 10;
   const svg = drawing("svg", { viewBox: `0 0 ${width} ${high}`, preserveAspectRatio: "none", style: `height:${high}px` }, box);
@@ -40,7 +41,8 @@ function timeline(root, measured, scene, motion, seek) {
       if (kind === "slip") drawing("line", { x1: 0, x2: 20, y1: 4.5, y2: 4.5, stroke: "#fff", "stroke-dasharray": "6 4" }, swatch);
       entry.append(` ${kind}`);
     }
-    if (modes.length > ROWS) element("span", {}, legend, `and ${modes.length - ROWS} more contacts`);
+    const more = modes.length - rows.length, stay = more > 1 ? "stay" : "stays";
+    if (more) element("span", {}, legend, touching.length > ROWS ? `and ${more} more contacts` : `and ${more} that ${stay} open`);
   }
   const pick = (event) => {
     const r = svg.getBoundingClientRect();

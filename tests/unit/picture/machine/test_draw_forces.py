@@ -68,7 +68,9 @@ def test_a_force_without_a_value_at_rest_is_drawn_along_the_axes_and_moves_over_
     wheel = s.body("wheel", fb.disk(10, 0.3))
     s.planar("plane", s.ground, wheel, coordinate="x y turn")
     s.tyre("tyre", wheel.origin, axis="z", radius=0.3, longitudinal=10, stiffness=2e5, damping=500)
-    assert len([one for one in texts(draw(s)) if "tyre" in one]) == 2  # slip has no value at rest
+    drawing = draw(s)
+    assert len([one for one in texts(drawing) if "tyre" in one]) == 2  # slip has no value at rest
+    assert r"$9.81\,\mathrm{m/s^2}$" in texts(drawing)
     motion = fb.simulate(s, 0.5, initial={"x'": 5, "y": 0.3, "turn'": -10})
     keys = keyframes(motion)
     (path,) = paths_of_arrows(motion, keys).values()
