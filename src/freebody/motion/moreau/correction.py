@@ -18,12 +18,12 @@ import math
 from ...native.instructions import compiled, greater, root
 from ..cones.block_rows import add, along
 from ..cones.islands import Islands, connect, island_of
-from .configuration import CLOSED_GAP, FAR, answers, close, evaluate, hide, normalize, put_speeds
+from .configuration import FAR, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
-from .stepping_record import NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
+from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
 CLOSINGS = 200

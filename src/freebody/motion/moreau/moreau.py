@@ -42,15 +42,16 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.contacts import EXACT
 from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
-from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
+from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
-from .curvature import after, lasting, mirror, returned, turned
+from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
 from .stepping_record import (
+    CLOSED_GAP,
     CONTACTS,
     JAMMED,
     LANDED,
@@ -117,16 +118,12 @@ def midpoint(run: Run, t: float) -> int:
         r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
-        contacts.half[a], contacts.turn[a] = turned(
-            contacts.stays[a], problem.kinds[a], contacts.last[r], run.rates[r]
-        )
+        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
-    for a in range(problem.count):
-        if contacts.stays[a] != OPENS:
-            mirror(run, a)
+    set_turns(run)
     return NONE
 
 
