@@ -76,8 +76,14 @@ def after(run: Run, a: int) -> float:
 
 
 @compiled
-def lasting(contacts: Contacts, a: int) -> int:
-    """Return how long the contact of a normal row that presses has stayed closed: if it rebounds, it opens."""
+def lasting(run: Run, a: int) -> int:
+    """Return how long the contact of a normal row that presses has stayed closed.
+
+    It opens if it rebounds, or presses by no more than the residual of the problem.
+    """
+    contacts, problem = run.contacts, run.problem
+    if not problem.scale[a] * problem.x[a] > 100.0 * run.tolerance * problem.reference:
+        return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
         return OPENS
     return LANDED if contacts.stays[a] == OPENS else STAYED

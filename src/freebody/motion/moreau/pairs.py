@@ -146,7 +146,7 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
-            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
+            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(run, a)
             pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
             for k in range(3):
