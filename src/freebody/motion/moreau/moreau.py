@@ -10,9 +10,9 @@
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
     5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
 
-Without impacts and changes of mode this is of second order, in contact, too. For a free body with f = -ω̄ × J ω̄ the step conserves energy and angular
-momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
-Cayley's turn is q + h q'(q, ω̄), normalized.
+Without impacts and changes of mode this is of second order, in contact, too. For a free body with f = -ω̄ × J ω̄ the
+step conserves energy and angular momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is
+(1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of Cayley's turn is q + h q'(q, ω̄), normalized.
 
 On a surface of curvature κ that curves away, a contact is open at q_M by κ v² h²/8, and v_N⁻ is a_N = κ v² h/2 there,
 which v_N⁺ = -a_N takes back. So contacts that press, and do not rebound, stay closed until their force vanishes
@@ -311,10 +311,7 @@ def account(run: Run) -> None:
             if problem.x[a] > 0.0 and a < contacts.closed:
                 e = contacts.owner[a]
                 run.modes[k * contacts.count + e] = mode(run, a)
-                contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(run, a)
-                if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
-                    contacts.kept[e] = LANDED
-                contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
+                stay(run, a)
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + speed)
@@ -334,6 +331,16 @@ def account(run: Run) -> None:
     struck -= run.h * dot(run.pressed, run.u, run.machine.n)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
+
+
+@compiled
+def stay(run: Run, a: int) -> None:
+    """Keep how long the contact whose normal is row ``a``, which presses, has stayed closed and stuck."""
+    contacts, e = run.contacts, run.contacts.owner[a]
+    contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(run, a)
+    if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
+        contacts.kept[e] = LANDED
+    contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
 
 
 @compiled

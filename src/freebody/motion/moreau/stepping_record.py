@@ -79,8 +79,8 @@ class Contacts(Record):
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
     ``adhesion``      pull that each contact bears
-    ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its gap
-                      is corrected to 0 from both sides; negative: it hangs, and remains open until the next step
+    ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its
+                      gap is corrected to 0 from both sides; negative: it hangs, and stays open until the next step
     ``stuck``         how long it has stuck, too;  ``last``: v₋ and T₋ of each row
     ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
     ``normal_row``    normal row of each contact in the problem, or -1
