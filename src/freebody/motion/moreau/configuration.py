@@ -12,8 +12,6 @@ from .elimination import answer, factor, hold
 from .pairs import begin_closed, close_pairs, lay_pairs
 from .stepping_record import BEGINS, CONSTRAINTS, FULL, MASS, NONE, OPENS, Contacts, Gaps, Machine, Run
 
-CLOSED_GAP = 1e-10
-
 
 @compiled
 def evaluate(run: Run, t: float, constraints: int, near: float) -> int:
@@ -56,7 +54,7 @@ def begin(run: Run, t: float, near: float) -> None:
         hide(contacts, run.now)
     for e in range(contacts.count):
         begins = run.now.gap[e] <= near and contacts.held[e] == 0 and contacts.presser[e] < 0
-        contacts.kept[e], contacts.stuck[e] = BEGINS if begins else OPENS, OPENS
+        contacts.kept[e] = contacts.stuck[e] = BEGINS if begins else OPENS
         for k in range(1 + contacts.tangents[e]):
             contacts.last[row + k, 0] = run.rates[row + k]
         row += 1 + contacts.tangents[e]

@@ -2,9 +2,13 @@
 
     0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
 
-Δ is the least displacement in the norm of the mass matrix. It lifts what has sunk into each other in the step, by
-V(q + Δ) - V(q). A contact that pressed in the step keeps its speed, in axes that do not turn (`free_joints`). One that
-flies, and has closed since the middle of the step, met its surface with less speed, so that a bounce gains no height:
+Δ is the least displacement in the norm of the mass matrix. A contact that pressed in the step, and stays closed, is
+pulled shut, too: x >= -h Λ, by no more than what presses it can move in a step. Where that does not suffice, as where
+a table has more feet than can touch a dome at once, it hangs: it stays open until the next step (`hang`).
+
+The displacement lifts what has sunk into each other in the step, by V(q + Δ) - V(q). A contact that pressed in the
+step keeps its speed, in axes that do not turn (`free_joints`). One that flies, and has closed since the middle of the
+step, met its surface with less speed, so that a bounce gains no height:
 
     u⁺ = u + s Δ,    s u·M Δ + s²/2 Δ·M Δ = f·Δ        Δ of the contacts that fly alone, for each island of contacts
 
@@ -18,12 +22,12 @@ import math
 from ...native.instructions import compiled, greater, root
 from ..cones.block_rows import add, along
 from ..cones.islands import Islands, connect, island_of
-from .configuration import CLOSED_GAP, FAR, answers, close, evaluate, hide, normalize, put_speeds
+from .configuration import FAR, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
-from .stepping_record import NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
+from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
 CLOSINGS = 200

@@ -1,39 +1,66 @@
-"""Contacts that stay closed on surfaces that turn: the law of a step for their normal rates.
+"""Contacts that stay closed on surfaces that turn: the law of a step for their rates v = W u + w in its middle.
 
-    0 <= Λ ⟂ v⁺ + a + e (v⁻ - a) >= 0,     a = max(v⁻, (3 T - T₋)/2),     T = (v⁻ - v₋)/2         v = W u + w at q_M
+    0 <= Λ_N ⟂ v_N⁺ + a_N + e (v_N⁻ - a_N) >= 0,    -Λ_T in μ Λ_N Sgn(v_T⁺ + a_T)
+    a = (3 T - T₋)/2,   a_N = v_N⁻ where that is greater,   T = (v⁻ - v₋)/2
 
-v₋ is the rate v⁺ at the end of the last step, in the middle of that step. The speeds are the same, so v⁻ - v₋ is what
-the surfaces turn between the two middles: T, in the mean, in half a step. (3 T - T₋)/2 extrapolates it to the middle of
-this step.
+v₋ is v⁺ of the last step, in the middle of that step. The speeds are the same, so v⁻ - v₋ is by what the surfaces turn
+from one middle to the next, and T by what they turn in half a step, in the mean. a extrapolates T to this middle. On a
+plane, T = a = 0.
 
-Contact does no work: v⁺ = -a - e (v⁻ - a) where Λ > 0, and Λ (v⁻ + v⁺)/2 = (1 - e) Λ (v⁻ - a)/2 <= 0.
+Work. Where Λ_N > 0, v⁺ = -a - e (v⁻ - a), and Λ (v⁻ + v⁺)/2 = (1 - e) Λ (v⁻ - a)/2 <= 0. Friction that sticks does
+Λ_T (v⁻ - a)/2, of either sign. Where it would be positive with the impulse of the last step, changed by what it takes
+to remove v⁻ - a, a_T is v⁻, and the work 0 (`set_turns`). So in the next step it is not.
 
-A smooth motion does not lose energy either, but for terms beyond the order of the method. With v⁺ = -v⁻ the next
-v⁻ is 2 T - v⁻: the mean of two successive v⁻ is T, and v⁻ = (3 T - T₋)/2 + O(h³) stays so. Without the second term of
-a, an error ε = v⁻ - (3 T - T₋)/2 would alternate for ever. With it, one below zero is gone in a step, and one above in
-two. So the impulse has an error of O(h³), the force one of O(h²), and so has the gap that the correction closes, of
-O(h³) in a step. On a plane T = 0, v⁻ = 0, and a = 0.
+Order. A motion with v⁺ = -v⁻ has 2 T = v⁻ + (v⁻ of the step before), so v⁻ = (3 T - T₋)/2 + O(h³): without slip and
+impacts the two laws of a_N are one up to O(h³), the error of Λ_N, and the contact does no work but O(h³) Λ. An error
+of v⁻ above a alternates for ever by v⁺ = -v⁻; by the law of a it is gone in two steps, one below a in one step. The
+gap changes by O(h³) in a step, and the correction closes it.
 
-A contact that has opened, or rebounds, has a = 0, and the law v⁺ + e v⁻ >= 0 of an impact. One that lands has no T₋ in
-the next step, and takes T for it; one that begins closed has for v₋ the rate at the start, half a step before.
+A contact that lands or rebounds, and the friction of one that slipped, have a = 0. One that has stayed for a single
+step has no T₋, and T for it; one that begins closed has for v₋ the rate at the start, half a step before. A turn that
+opens no more than `CLOSED_GAP` in a step is none. Where more contacts stick than a body has speeds, no motion has all
+of their v⁺ = -a, and what is left would drive stresses between them to the limits of friction. What such a contact
+does is less than N `CLOSED_GAP` in a step.
 
-Source of v⁺ = -v⁻, which holds a gap and its energy: O. Gonzalez, Comput. Methods Appl. Mech. Engrg. 174 (1999) 165-174.
+v⁺ = -v⁻ is the midpoint rule of a condition that holds at the ends of steps: O. Gonzalez, Comput. Methods Appl. Mech.
+Engrg. 174 (1999) 165-174.
 """
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
-from ..cones.contact_problem import LINE, NORMAL, SECOND
-from .stepping_record import BEGINS, LANDED, OPENS, STAYED, Contacts, Run
+from ...native.instructions import Reals, compiled, greater, inlined, root
+from ..cones.contact_problem import FIRST, NORMAL, SECOND
+from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Contacts, Run
 
 
 @inlined
-def turned(stays: int, kind: int, last: Reals, before: float) -> tuple[float, float]:
-    """Return T and a."""
+def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
+    """Return T and its extrapolation of a row with the rates v₋, T₋ and v⁻."""
     T = before - last[0] if stays == BEGINS else 0.5 * (before - last[0])
     a = 1.5 * T - 0.5 * last[1] if stays == STAYED else T
-    a = greater(a, before) if kind == NORMAL else a
     return T, 0.0 if stays == OPENS else a
+
+
+@compiled
+def set_turns(run: Run) -> None:
+    """Set a of all rows, of which `turned` is known and X has been computed."""
+    contacts, problem = run.contacts, run.problem
+    for a in range(problem.count):
+        kind, size = problem.kinds[a], 2 if problem.kinds[a] == FIRST else 1
+        if contacts.stays[a] == OPENS or kind == SECOND:
+            continue
+        work, whole = 0.0, 0.0
+        for k in range(a, a + size):
+            error = contacts.before[k] - contacts.turn[k]
+            work += error * (problem.scale[k] * problem.x[k] - error)
+            if kind == NORMAL:
+                contacts.turn[k] = greater(contacts.turn[k], contacts.before[k])
+            whole += contacts.turn[k] * contacts.turn[k]
+        for k in range(a, a + size):
+            if run.h * root(whole) <= CLOSED_GAP:
+                contacts.turn[k] = 0.0
+            elif kind != NORMAL and work > 0.0:
+                contacts.turn[k] = contacts.before[k]
 
 
 @inlined
@@ -49,29 +76,14 @@ def after(run: Run, a: int) -> float:
 
 
 @compiled
-def lasting(contacts: Contacts, a: int) -> int:
-    """Return how long the contact of a normal row that presses has stayed closed: if it rebounds, it opens."""
+def lasting(run: Run, a: int) -> int:
+    """Return how long the contact of a normal row that presses has stayed closed.
+
+    It opens if it rebounds, or presses by no more than the residual of the problem.
+    """
+    contacts, problem = run.contacts, run.problem
+    if not problem.scale[a] * problem.x[a] > 100.0 * run.tolerance * problem.reference:
+        return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
         return OPENS
     return LANDED if contacts.stays[a] == OPENS else STAYED
-
-
-@compiled
-def mirror(run: Run, a: int) -> None:
-    """Let v⁺ = -v⁻ of the tangents of a contact, the first of which is row ``a``, where friction would do work."""
-    contacts, problem = run.contacts, run.problem
-    work, size_of_turn, size_of_error = 0.0, 0.0, 0.0
-    size = 1 if problem.kinds[a] <= LINE else 2
-    if problem.kinds[a] == SECOND:
-        return
-    for k in range(size):
-        error = contacts.before[a + k] - contacts.turn[a + k]
-        size_of_turn += contacts.turn[a + k] * contacts.turn[a + k]
-        size_of_error += error * error
-        work += error * (problem.scale[a + k] * problem.x[a + k] - error)
-    if problem.kinds[a] > NORMAL and work > 0.0:
-        for k in range(size):
-            contacts.turn[a + k] = contacts.before[a + k]
-    if run.h * root(size_of_turn) <= 1e-10:
-        for k in range(size):
-            contacts.turn[a + k] = 0.0

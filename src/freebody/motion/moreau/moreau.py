@@ -4,17 +4,19 @@
     2. free velocity    M (u_free - u) = h f(t + h/2, q_M, ū) + J + Gᵀ λ,   G u_free + g = 0      (J: blows in the step)
                         with the normal forces of compliant contacts N(q_M, u) in f
     3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M, or that pressed before:
-                        0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺)
-                        with the greatest part of e for which the contacts do no work (`gains`)
+                        0 <= Λ_N ⟂ v_N⁺ + a_N + e (v_N⁻ - a_N) >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺ + a_T)
+                        with the greatest part of e for which the contacts do no work (`gains`), and a of those that
+                        stay closed: by what their surfaces turn in half a step (`curvature`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
     5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
 
-Without contact this is of second order. For a free body with f = -ω̄ × J ω̄ the step conserves energy and angular
-momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
-Cayley's turn is q + h q'(q, ω̄), normalized.
+Without impacts and changes of mode this is of second order, in contact, too. For a free body with f = -ω̄ × J ω̄ the
+step conserves energy and angular momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is
+(1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of Cayley's turn is q + h q'(q, ω̄), normalized.
 
-On a surface that curves away a contact is open at q_M by κ v² h²/8. It stays closed nevertheless until its force
-vanishes, unless it has rebounded (`Contacts.kept`): if it fell and landed again, its forces would be 0 and 2 N in turn.
+On a surface of curvature κ that curves away, a contact is open at q_M by κ v² h²/8, and v_N⁻ is a_N = κ v² h/2 there,
+which v_N⁺ = -a_N takes back. So contacts that press, and do not rebound, stay closed until their force vanishes
+(`Contacts.kept`): if they fell and landed again, their forces would be 0 and 2 N in turn, and each fall a loss.
 
 The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`,
 `cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:
@@ -42,15 +44,16 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..cones.contacts import EXACT
 from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
-from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
+from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
-from .curvature import after, lasting, mirror, returned, turned
+from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import block_back, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
 from .stepping_record import (
+    CLOSED_GAP,
     CONTACTS,
     JAMMED,
     LANDED,
@@ -117,16 +120,12 @@ def midpoint(run: Run, t: float) -> int:
         r, e = problem.rows[a], contacts.owner[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
-        contacts.half[a], contacts.turn[a] = turned(
-            contacts.stays[a], problem.kinds[a], contacts.last[r], run.rates[r]
-        )
+        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
-    for a in range(problem.count):
-        if contacts.stays[a] != OPENS:
-            mirror(run, a)
+    set_turns(run)
     return NONE
 
 
@@ -159,9 +158,8 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
 def gains(run: Run, islands: Islands) -> int:
     """Return the number of islands whose contacts do work, and of which some rebound; leave others no ``rebounds``.
 
-    Both Λ·(v⁻ + v⁺)/2 and Λ·(v_free + v⁺)/2 are positive. The first is the energy of an impact, but a load that turns a
-    speed within the step has its part in it; the second is that of the contact forces beside the loads, which is
-    negative where none rebounds.
+    Λ·(v⁻ + v⁺)/2 is what T + V of a step gains beside its loads. Gravity that turns a speed within the step has a part
+    in it, of Λ·g h/2 at most: friction that an impact lets slip back, for instance. Such a step rebounds less, too.
     """
     contacts, problem, energy, found = run.contacts, run.problem, islands.energy, 0
     for a in range(problem.count):
@@ -174,25 +172,17 @@ def gains(run: Run, islands: Islands) -> int:
         for k in range(3):
             energy[b, k] = 0.0
     for a in range(problem.count):
-        b, before, free, speed = (
-            island_of(problem, islands, a),
-            contacts.before[a],
-            problem.b[a],
-            problem.r[a],
-        )
+        b, before, speed = island_of(problem, islands, a), contacts.before[a], after(run, a)
         if b >= 0:
             x = 0.5 * problem.x[a]
-            free -= returned(contacts, a)
-            speed -= returned(contacts, a)
             if problem.kinds[a] == NORMAL:
                 islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
             energy[b, 0] += x * (before + speed)
-            energy[b, 1] += x * (free + speed)
-            energy[b, 2] += abs(x) * (abs(before) + abs(free) + abs(speed))
+            energy[b, 1] += abs(x) * (abs(before) + abs(speed))
     found = 0
     for b in range(problem.blocks.count):
-        small = greater(EXACT, problem.residual) * energy[b, 2]
-        if not (islands.rebounds[b] > 0 and energy[b, 0] > small and energy[b, 1] > small):
+        small = greater(EXACT, problem.residual) * energy[b, 1]
+        if not (islands.rebounds[b] > 0 and energy[b, 0] > small):
             islands.rebounds[b] = 0
         found += 1 if islands.rebounds[b] > 0 else 0
     return found
@@ -321,10 +311,7 @@ def account(run: Run) -> None:
             if problem.x[a] > 0.0 and a < contacts.closed:
                 e = contacts.owner[a]
                 run.modes[k * contacts.count + e] = mode(run, a)
-                contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(contacts, a)
-                if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
-                    contacts.kept[e] = LANDED
-                contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
+                stay(run, a)
         elif contacts_resist(run, a) == 1 and problem.x[bound(problem, a)] > 0.0:
             run.modes[k * contacts.count + contacts.owner[a]] = slip(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + speed)
@@ -344,6 +331,16 @@ def account(run: Run) -> None:
     struck -= run.h * dot(run.pressed, run.u, run.machine.n)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
+
+
+@compiled
+def stay(run: Run, a: int) -> None:
+    """Keep how long the contact whose normal is row ``a``, which presses, has stayed closed and stuck."""
+    contacts, e = run.contacts, run.contacts.owner[a]
+    contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(run, a)
+    if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
+        contacts.kept[e] = LANDED
+    contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
 
 
 @compiled

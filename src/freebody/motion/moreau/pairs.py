@@ -47,7 +47,7 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     for p in range(pairs.known):
         slot = pairs.slots[p]
         pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
-        pairs.stuck[p], touch = OPENS, pairs.touch[slot]
+        pairs.stuck[p], touch = pairs.stays[p], pairs.touch[slot]
         for k in range(3):
             pairs.impulses[p, k] = 0.0
             pairs.last[p, 2 * k] = rate(run.families, slot, touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
@@ -126,9 +126,8 @@ def begin_pairs(run: Run) -> None:
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
-        contacts.half[a], contacts.turn[a] = turned(
-            contacts.stays[a], problem.kinds[a], pairs.last[p][2 * k :], contacts.before[a]
-        )
+        last = pairs.last[p][2 * k :]
+        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
 
 
 @compiled
@@ -147,7 +146,7 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
-            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(contacts, a)
+            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(run, a)
             pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
             for k in range(3):

@@ -13,8 +13,10 @@ NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL, JAMMED = ra
 no load of a joint agrees with the friction that it bounds."""
 OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 """Modes of a contact in a step; the last two are the slips in a plane."""
+CLOSED_GAP = 1e-10
+"""Gap up to which a contact is closed [m]."""
 OPENS, BEGINS, LANDED, STAYED = range(4)
-"""How long a contact has stayed closed: it opens as it can, begins closed, pressed in the last step, or before, too."""
+"""How long a contact has stayed closed: it may open, begins closed, pressed in the last step, or before that, too."""
 
 
 @record
@@ -77,14 +79,15 @@ class Contacts(Record):
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
     ``adhesion``      pull that each contact bears
-    ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its gap
-                      is corrected to 0 from both sides, and ``last`` is v₋ and T₋
+    ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its
+                      gap is corrected to 0 from both sides; negative: it hangs, and stays open until the next step
+    ``stuck``         how long it has stuck, too;  ``last``: v₋ and T₋ of each row
     ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
     ``normal_row``    normal row of each contact in the problem, or -1
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
-    ``stays``, ``half``, ``turn``    ``kept``, T and a of its normal rows
+    ``stays``, ``half``, ``turn``    ``kept`` or ``stuck``, T and a of each row
     ``guess``         impulses of all rows in the last step
     """
 

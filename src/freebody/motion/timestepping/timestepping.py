@@ -187,7 +187,11 @@ class _Run:
         self._begin(y)
         pairs = self._gaps_of_pairs()
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
-        own = [gap for gap, c in zip(self._gaps_of_contacts(y), self.model.contacts, strict=True) if not c.presser]
+        own = [
+            gap
+            for gap, c in zip(self._gaps_of_contacts(y), self.model.contacts, strict=True)
+            if not c.presser
+        ]
         refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure, sides_of(self.model.contacts))
 
     def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
