@@ -224,7 +224,9 @@ def deepest(motion):
         axes += [np.cross(x, y) for x in a.rotation[i].T for y in b.rotation[i].T]
         one, other = (corners @ pose.rotation[i].T + pose.position[i] for pose in (a, b))
         normals = [n / np.linalg.norm(n) for n in axes if np.linalg.norm(n) > 1e-6]
-        apart = [max((one @ n).min() - (other @ n).max(), (other @ n).min() - (one @ n).max()) for n in normals]
+        apart = [
+            max((one @ n).min() - (other @ n).max(), (other @ n).min() - (one @ n).max()) for n in normals
+        ]
         result = min(result, max(apart), one[:, 2].min(), other[:, 2].min())
     return result
 

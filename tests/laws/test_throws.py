@@ -101,7 +101,9 @@ def test_thrown_coins_of_two_circular_edges_keep_the_laws(seed):
 
 
 # the last moments of a wobble, at N of 1e4 times the weight: a spin that stops within the round-off of the time
-@pytest.mark.parametrize("seed", [102, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (128, 146, 172))])
+@pytest.mark.parametrize(
+    "seed", [102, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (128, 146, 172))]
+)
 def test_thrown_coins_with_resistance_come_to_rest(seed):
     s = fb.System("coin")
     s.gravity = (0, 0, -G)

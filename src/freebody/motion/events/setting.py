@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, inlined, lesser, root
+from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws

@@ -264,12 +264,11 @@ def stops_beside(it: EventRun, k: int) -> int:
 
 @compiled
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
-    """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it; one along a line is
-    at its end.
+    """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
-    Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is
-    that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips would turn within the step, and
-    ``whole`` is not 0.
+    A slip along a line is at its end. Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops
+    if it sticks then. The state is that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips
+    would turn within the step, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
