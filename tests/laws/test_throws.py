@@ -100,6 +100,27 @@ def test_thrown_coins_of_two_circular_edges_keep_the_laws(seed):
     assert len(rolling) == 1
 
 
+# the last moments of a wobble, at N of 1e4 times the weight: a spin that stops within the round-off of the time
+@pytest.mark.parametrize(
+    "seed", [102, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (128, 146, 172))]
+)
+def test_thrown_coins_with_resistance_come_to_rest(seed):
+    s = fb.System("coin")
+    s.gravity = (0, 0, -G)
+    body = s.body("coin", fb.cylinder(0.005, 0.012, 0.002))
+    s.free("f", s.ground, body)
+    laws = {"friction": 0.4, "restitution": 0.4, "rolling": 2e-4, "spinning": 2e-4}
+    for name, z in (("head", 0.001), ("tail", -0.001)):
+        s.contact(name, body.circle(0.012, at=(0, 0, z)), s.ground.plane(normal="z"), **laws)
+    rng = np.random.default_rng(seed)
+    q = rng.normal(size=4)
+    start = {"f_z": 0.3} | {f"f_e{k}": float(x) for k, x in enumerate(q / np.linalg.norm(q))}
+    motion = fb.simulate(s, 3, initial=start | {f"f_w{c}": float(20 * rng.normal()) for c in "xyz"})
+    assert np.abs(motion.at(3).u).max() < 1e-12
+    assert motion.energy.relative_residual < 1e-8
+    assert sum(one.mode[-1] == "stick" for one in motion.contacts.values()) == 4  # it lies flat
+
+
 def test_slips_that_begin_at_the_limit_of_friction_take_few_steps():
     """Friction of a slow slip in space is stiff: explicit steps are 2288 for this throw."""
     s, start = die(), thrown(2)

@@ -56,7 +56,7 @@ def of_one_contact(it: EventRun) -> int:
     it.rest_left = 2.0 * v / (a * (1.0 - e))
     if height > 1e-9 * size:
         return 0
-    if height > 1e-13 * size:
+    if height > event_run.SUMMED * size:
         if b == 0 or alike(it, b, b - 1) == 0:
             return 0
         # the change of a over the remaining time is estimated from the last flight: a = 2 v_before / (t - t_before)

@@ -19,6 +19,8 @@ NOISE = 1e-14
 """Round-off of a slip velocity, relative to 1 m/s or the greatest speed."""
 LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
+SUMMED = 1e-13
+"""Height of a flight, relative to 1 m or the greatest coordinate, below which bounces are summed."""
 NUDGE = 4 * STOPPED
 """Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 MOMENT = 1e-5

@@ -151,7 +151,8 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         for j in range(it.contacts):
             if it.side[j] == k and it.end_of[j] == it.place[i]:
                 it.reason[j] = why
-    if law == laws.STOP:
+    # a slip along a line stops at a time that is known to its round-off, in which a great force turns it back
+    if law == laws.STOP or (law == laws.LINE_STOP and abs(it.rate[it.first[k] + 1]) > it.still):
         it.stopping[k] = 1
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, inlined, lesser, root
+from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
-from .event_run import LOW, SMALL, EventRun
+from .event_run import LOW, SMALL, SUMMED, EventRun
 from .impulse_system import add_row, impelled
 from .moment import largest, product_of, row_of, slip_speed
 
@@ -38,12 +38,16 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
 def band_of(it: EventRun, k: int) -> float:
     """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
 
-    An open gap that leaves zero changes sign by its round-off, before it is open.
+    An open gap that leaves zero changes sign by its round-off, before it is open. The flight is one so low that
+    bounces are summed there (`bounces`), and does not notice that it lands lower by it.
     """
-    low, gap = LOW * (1.0 + largest(it.y, it.n_q)), it.gap[k]
+    size, gap, v = 1.0 + largest(it.y, it.n_q), it.gap[k], it.rate[it.first[k]]
+    low = LOW * size
     if it.compliant[k] != 0:
         return 0.0 if gap < -it.near else lesser(gap, 0.0)
-    leaves = it.mode[k] == laws.OPEN and gap <= low and it.rate[it.first[k]] >= -it.still
+    leaves = (
+        it.mode[k] == laws.OPEN and gap <= low and v >= -it.still and v * it.flight[k] <= 2.0 * SUMMED * size
+    )
     return lesser(gap, 0.0) - low if leaves else lesser(gap, 0.0)
 
 

@@ -266,17 +266,20 @@ def stops_beside(it: EventRun, k: int) -> int:
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
-    Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is
-    that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips would turn within the step, and
-    ``whole`` is not 0.
+    A slip along a line is at its end. Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops
+    if it sticks then. The state is that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips
+    would turn within the step, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
         return 0
-    it.accelerations(it.t, it.y, it.phase, it.speeds)
-    slowing = -product_of(it.rate[r:], it.speeds[r:], 2) / speed
     for j in range(it.contacts):
         it.stopped[j] = 1 if j == k else 0
+    if it.tangents[k] == 1:
+        stop(it, contacts, 0)
+        return 1
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
+    slowing = -product_of(it.rate[r:], it.speeds[r:], 2) / speed
     if not slowing > 0.0:  # it turns as it slows: a new slip begins, or it sticks
         stop(it, contacts, 0)
         return 1

@@ -103,7 +103,7 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     """
     checked = it.checking
     it.checking = 0
-    again = it.t - it.leapt <= 2.0 * it.leap
+    again = it.leap > 0.0 and it.t - it.leapt <= 2.0 * it.leap
     length = lesser(2.0 * it.leap, event_run.LONGEST) if again else event_run.SHORTEST
     if length > longest or step_of_speeds(it, contacts, length) == 0:
         return 0

@@ -350,7 +350,8 @@ def pass_step(run: Run, good: Truth) -> None:
 def accept(run: Run) -> int:
     """Take a step, whose start goes to the buffers, or go on with its events.
 
-    If the log of events is full, the step is taken at the next call. A step too long for its events is rejected. Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
+    If the log of events is full, the step is taken at the next call. A step too long for its events is rejected.
+    Return RUNNING, FINISHED, TERMINAL, STIFF, UNDEFINED or UNRESOLVED.
     """
     search, status = run.search, RUNNING
     if search.seen == 1.0:
