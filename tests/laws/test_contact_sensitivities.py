@@ -175,6 +175,21 @@ def dry_arm():
     return s, {"q": 1.0, "p": 0.5}, 2.0
 
 
+def cart():
+    """A cart on two wheels with rough pins and resistance, which slip and come to roll."""
+    s = fb.System("cart")
+    s.parameters(mu=0.5, d=0.002, pin=0.2)
+    s.gravity = (0, -9.81, 0)
+    frame = s.body("frame", fb.box(5, (0.5, 0.2, 0.2)))
+    s.planar("plane", s.ground, frame, coordinate="x y turn")
+    for k, x in enumerate((-0.2, 0.2)):
+        wheel = s.body(f"w{k}", fb.disk(1, 0.1))
+        pin = s.hinge(f"h{k}", frame, wheel, at=(x, -0.1, 0), axis="z", coordinate=f"a{k}")
+        s.friction(f"b{k}", pin, coefficient="pin", radius=0.01)
+        s.contact(f"r{k}", wheel.circle(0.1), s.ground.plane(), friction="mu", rolling="d")
+    return s, {"y": 0.2, "x'": 1.0, "a0'": -9.0, "a1'": -9.0}, 0.3
+
+
 def sliding_face():
     """A box that slides and turns on the four corners of a face, whose forces are shared."""
     s = fb.System("box")
@@ -206,6 +221,7 @@ def shaken_box():
         (rolling_ball, (False, "newton"), ("d", "mu", "e", "x'")),
         (dry_slider, (), ("mu", "L", "F", "m", "e")),
         (sliding_face, (), ("mu", "f_vx")),
+        (cart, (), ("mu", "d", "pin")),
         (shaken_box, (), ("mu", "F", "m")),
         pytest.param(rolling_ball, (False, "poisson"), ("d", "mu", "e", "x'"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (True, "newton"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),

@@ -16,8 +16,7 @@ to all of them. Where they share their forces, λ = W G w with M w = G_aᵀ ν o
 
 with W = 1, and then, if nothing slips, W = N of these first forces for friction (`closed_contacts`).
 
-The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP is found as P is
-(`bearings`), by passes from 0, which contract as those do.
+The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP = a + J dP.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
 """
@@ -25,8 +24,9 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 from __future__ import annotations
 
 from ...native.instructions import Reals, call, compiled, greater, root
+from ..cones.elimination import solved
 from . import laws
-from .bearings import NEARLY, PASSES, SAME, solve
+from .bearings import solve
 from .closed_contacts import NAN, force_row, independent, weighted
 from .contact_outputs import (
     adhesion_of,
@@ -273,23 +273,33 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
 
 @compiled
 def borne(t: float, it: PhaseSlopes, phase: PhaseData, sharing: int) -> int:
-    """Find the derivatives of the loads of joints; return 0 if the passes do not come to them, else 1."""
-    last = 1.0
-    for _ in range(PASSES):
-        change = bear_along(t, it, phase)
-        if change <= SAME or NEARLY >= change >= last:
-            return 1
+    """Find the derivatives of the loads of joints, affine in themselves; return 0 if they have none, else 1.
+
+    Each column of 1 - J is the answer to a load of the size of all.
+    """
+    m, size = phase.loaded_count, 1.0
+    loads_along(t, it, phase, it.loads)
+    for i in range(m):
+        size = greater(size, abs(it.loads[i]))
+    for j in range(m):
+        it.pressure[phase.loaded[j]] = size
         balanced(it, phase, sharing)
-        last = change
-    return 0
+        it.pressure[phase.loaded[j]] = 0.0
+        loads_along(t, it, phase, it.answers)
+        for i in range(m):
+            it.square[i * m + j] = (1.0 if i == j else 0.0) - (it.answers[i] - it.loads[i]) / size
+    if solved(it.square, m, it.loads) == 0:
+        return 0
+    for i in range(m):
+        it.pressure[phase.loaded[i]] = it.loads[i]
+    balanced(it, phase, sharing)
+    return 1
 
 
 @compiled
-def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
-    """Set the derivatives of loads to those by the present ones of accelerations and forces; return their greatest
-    change, relative to the greatest.
-    """
-    change, most, at, size = 0.0, 0.0, it.n_q + it.n, it.n + it.rows
+def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None:
+    """Set ``out`` to the derivatives of the loads of joints by the present ones of accelerations and forces."""
+    at, size = it.n_q + it.n, it.n + it.rows
     acting, direction = it.borne[at:], it.borne[at + size :]
     for i in range(at):
         it.borne[i] = it.given[i]
@@ -301,7 +311,7 @@ def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
         acting[it.n + i], it.ways[it.n + i] = phase.force[i], it.force[i]
     it.bearings(t, it.borne, it.bearings_c, it.bearing)
     for j in range(phase.loaded_count):
-        k, F, dF, load = phase.loaded[j], it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
+        F, dF, load = it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
         for place in range(2):
             square, along = 0.0, 0.0
             for i in range(1 + 3 * place, 4 + 3 * place):
@@ -309,9 +319,7 @@ def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
                 along += F[i] * dF[i]
             if square > 0.0:
                 load += dF[0] * root(square) + F[0] * along / root(square)
-        change, most = greater(change, abs(load - it.pressure[k])), greater(most, abs(load))
-        it.pressure[k] = load
-    return change / most if most > 0.0 else 0.0
+        out[j] = load
 
 
 @compiled
