@@ -28,8 +28,7 @@ from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..kernels.switches import switches
 from ..legs.sensitivity import Derivatives
-from ..legs.sided_variation import SidedVariation
-from ..legs.switch_slopes import switching_laws
+from ..legs.sided_variation import with_signs
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
@@ -304,7 +303,7 @@ def _segments(
         if any(not 0 <= c.number < len(about["specs"]) for c in crossings):
             raise ValueError("it has crossings of events that it does not name")
         own_kernels = _kernels(kernels, entry)
-        of_path, numbers = _sided(rates_of, common, entry)
+        of_path, numbers = with_signs(rates_of, common, entry.get("signs", ()))
         parameters = switched[k] if switched is not None and entry["switched"] else None
         path = object.__new__(PATHS[entry["way"]])
         recipe = _recipe(
@@ -347,17 +346,6 @@ def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels | Phase:
     if entry["active"] is None or tuple(entry["active"]) == kernels.active:
         return kernels
     return kernels.holding(_active(kernels.model, entry["active"]))
-
-
-def _sided(source: Any, parameters: Array, entry: Mapping[str, Any]) -> tuple[Any, Array]:
-    """Return the programs of a segment with derivatives, and its parameters with the signs of loads that switch."""
-    signs = np.array(entry.get("signs", ()), dtype=float)
-    if not isinstance(source, Variation) or not signs.size:
-        return source, parameters
-    laws = switching_laws(source, parameters)
-    if laws is None or len(laws.texts) != len(signs) or not (np.abs(signs) == 1).all():
-        raise ValueError("the signs of its loads are not those of the machine")
-    return SidedVariation(source.kernels, source.unknowns), np.concatenate([parameters, signs])
 
 
 def _recipe(source: Any, parameters: Array, entry: Mapping[str, Any], width: int) -> tuple[Any, ...]:

@@ -111,3 +111,17 @@ def test_laws_from_data(scene):
     near = {name: 0.95 * value for name, value in told.items()}
     fit = fb.fit(s, {"time": times, **measured}, near, initial=start, sigma=sigma, tolerance=1e-11)
     assert [fit.values[name] for name in told] == pytest.approx(list(told.values()), rel=1e-6)
+
+
+def test_batches_of_machines_whose_loads_switch():
+    """Switches are no events of the user; each lane has the derivatives of a run alone."""
+    s, start, told = on_a_rough_pin()
+    common = dict(initial=start, sensitivities=["mu", "k"], times=[0.3, 1.0])
+    event = fb.event("q", direction=1)
+    data = fb.simulate(s, 1, values={"mu": [0.2, 0.3]}, outputs=["q", "final(q)"], events=[event], **common)
+    alone = fb.simulate(s, 1, values={"mu": 0.3}, events=[event], **common)
+    assert np.array_equal(data["d(q)"][1], alone.sensitivity.of("q"))
+    assert np.array_equal(data["d(event_time)"][1, 0], alone.sensitivity.times("q")[0])
+    assert data["event_count"].shape == (2, 1)
+    touched = alone.sensitivity.times("wall touches")
+    assert touched.shape == (1, 2) and touched[0, 1] == pytest.approx(0, abs=1e-12)
