@@ -99,6 +99,16 @@ def stepped():
     return ball(method="timestepping", step=0.002)
 
 
+def switched():
+    """A mass between two stops with springs and dampers, with its derivatives."""
+    s = fb.System("switched")
+    s.parameters(k=100.0, c=3.0)
+    mass = s.body("mass", fb.particle(2))
+    rail = s.slider("rail", s.ground, mass, axis="x", coordinate="x")
+    s.stop("wall", rail, low=-0.1, high=0.1, stiffness="k", damping="c")
+    return fb.simulate(s, 1, initial={"x'": 1.0}, sensitivities=["k", "x'"])
+
+
 MOTIONS = {
     "plain": plain,
     **{f"plain {m}": lambda m=m: plain(m) for m in ("dop853", "dop54", "radau", "gauss", "taylor")},
@@ -108,6 +118,7 @@ MOTIONS = {
     "signal": signalled,
     "blow": struck,
     "sensitivities": sensitive,
+    "switched": switched,
     "series of sensitivities": lambda: plain("taylor", sensitivities=["L"]),
     "loop": four_bar,
     "contact": ball,

@@ -100,7 +100,7 @@ def nearest(name: str, known_names: Iterable[str], command: str = "") -> str:
     >>> nearest("y", ["theta", "x"], "freebody gallery")
     '`freebody gallery` lists the known names.'
     """
-    names = sorted(known_names)
+    names = sorted({*known_names})
     close = [x for x in names if x.lower() == name.lower()] or get_close_matches(name, names, n=1)
     if close:
         return f"did you mean '{close[0]}'?"

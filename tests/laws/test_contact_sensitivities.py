@@ -60,10 +60,10 @@ def test_slopes_are_differences(scene, seed):
     assert worst is None or worst < ALLOWED
 
 
-def soft_ball(law, space):
+def soft_ball(law, space, **resistance):
     """A ball over a soft floor, which slips, rolls and leaves it."""
     s = fb.System("ball")
-    g = s.parameters(k=1e4, c=0.4, mu=0.3, g=9.81)[-1]
+    g = s.parameters(k=1e4, c=0.4, mu=0.3, d=0.001, g=9.81)[-1]
     s.gravity = (0, 0, -g) if space else (0, -g, 0)
     ball = s.body("ball", fb.sphere(0.1, 0.02))
     if space:
@@ -73,7 +73,7 @@ def soft_ball(law, space):
         s.planar("air", s.ground, ball, coordinate="x y turn")
         start = {"y": 0.021, "y'": -1.0, "x'": 0.2}
     floor = s.ground.plane(normal="z" if space else "y")
-    s.contact("floor", ball.sphere(0.02), floor, friction="mu", normal=law)
+    s.contact("floor", ball.sphere(0.02), floor, friction="mu", normal=law, **resistance)
     return s, start, 0.05
 
 
@@ -147,6 +147,26 @@ def rolling_ball(space, law):
     return s, start, 1.3 if space else 0.59
 
 
+def soft_rolling(space):
+    """A ball that falls on a soft floor, slips, rolls against resistance, and leaves it."""
+    s, start, until = soft_ball(
+        "k*depth**1.5*(1 + c*rate)", space, rolling="d", **({"spinning": "d"} if space else {})
+    )
+    return s, start | ({"f_wz": 4.0} if space else {"turn'": -3.0}), until
+
+
+def pulled_ball():
+    """A ball that sticks to a floor by adhesion, rolls against resistance, and is pulled off."""
+    s = fb.System("ball")
+    s.parameters(mu=0.3, d=0.002, A=0.6, P=3.0)
+    s.gravity = (0, -9.81, 0)
+    ball = s.body("ball", fb.sphere(0.1, 0.02))
+    s.planar("plane", s.ground, ball, coordinate="x y turn")
+    s.contact("floor", ball.sphere(0.02), s.ground.plane(), friction="mu", rolling="d", adhesion="A")
+    s.force("rope", ball.origin, ("t", "P*t", 0), frame=s.ground)
+    return s, {"y": 0.02, "x'": 0.3, "turn'": -15.0}, 0.45
+
+
 def dry_slider():
     """A slider whose load, borne at two places, bounds its friction, and that hits its end."""
     s = fb.System("slider")
@@ -173,6 +193,21 @@ def dry_arm():
         above = bar
     s.stop("end", pin, low=-0.5, high=0.6, restitution="e")
     return s, {"q": 1.0, "p": 0.5}, 2.0
+
+
+def cart():
+    """A cart on two wheels with rough pins and resistance, which slip and come to roll."""
+    s = fb.System("cart")
+    s.parameters(mu=0.5, d=0.002, pin=0.2)
+    s.gravity = (0, -9.81, 0)
+    frame = s.body("frame", fb.box(5, (0.5, 0.2, 0.2)))
+    s.planar("plane", s.ground, frame, coordinate="x y turn")
+    for k, x in enumerate((-0.2, 0.2)):
+        wheel = s.body(f"w{k}", fb.disk(1, 0.1))
+        pin = s.hinge(f"h{k}", frame, wheel, at=(x, -0.1, 0), axis="z", coordinate=f"a{k}")
+        s.friction(f"b{k}", pin, coefficient="pin", radius=0.01)
+        s.contact(f"r{k}", wheel.circle(0.1), s.ground.plane(), friction="mu", rolling="d")
+    return s, {"y": 0.2, "x'": 1.0, "a0'": -9.0, "a1'": -9.0}, 0.3
 
 
 def sliding_face():
@@ -206,7 +241,11 @@ def shaken_box():
         (rolling_ball, (False, "newton"), ("d", "mu", "e", "x'")),
         (dry_slider, (), ("mu", "L", "F", "m", "e")),
         (sliding_face, (), ("mu", "f_vx")),
-        (shaken_box, (), ("mu", "F", "m")),
+        (cart, (), ("mu", "d", "pin")),
+        (soft_rolling, (False,), ("k", "c", "mu", "d")),
+        pytest.param(pulled_ball, (), ("A", "mu", "d", "P"), marks=pytest.mark.slow),
+        pytest.param(soft_rolling, (True,), ("k", "c", "mu", "d"), marks=pytest.mark.slow),
+        pytest.param(shaken_box, (), ("mu", "F", "m"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (False, "poisson"), ("d", "mu", "e", "x'"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (True, "newton"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (True, "poisson"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),

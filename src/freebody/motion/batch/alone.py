@@ -110,9 +110,7 @@ class Alone:
             results.values[row, reached] = values(motion, outputs.timed_values)
         if outputs.reduced:
             results.reduced[row] = extremes(motion, outputs)
-        for crossing in motion.path.crossings:
-            if job.specs[crossing.number].terminal and crossing.time == job.begin:
-                continue  # it did not end the run
+        for crossing in self.asked(motion):
             self._count(row, crossing.number, crossing.time)
         names = [spec.name for spec in job.specs]
         for warning in motion.warnings:
@@ -144,13 +142,22 @@ class Alone:
             put(f"d({name})", (), partial(numbers.number, how, outputs.reduced_values[place], name))
         put("d(end)", (), lambda: numbers.end)
         events: dict[int, list[Crossing]] = {}
-        for crossing in motion.path.crossings:
-            if not (job.specs[crossing.number].terminal and crossing.time == job.begin):
-                events.setdefault(crossing.number, []).append(crossing)
+        for crossing in self.asked(motion):
+            events.setdefault(crossing.number, []).append(crossing)
         for k, crossings in events.items():
             put("d(event_time)", (k,), partial(numbers.event, crossings[0]))
             put("d(event_last)", (k,), partial(numbers.event, crossings[-1]))
         return " ".join(dict.fromkeys(missing))
+
+    def asked(self, motion: Trajectory) -> list[Crossing]:
+        """Return the events of the user, without switches of loads and without those that did not end the run."""
+        job, result = self.job, []
+        for crossing in motion.path.crossings:
+            if crossing.number < len(job.specs) - job.limits:
+                spec = job.specs[crossing.number]
+                if not (spec.terminal and crossing.time == job.begin):
+                    result.append(crossing)
+        return result
 
     def _count(self, row: int, event: int, time: float) -> None:
         """Count an event at a time."""

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ..events import event_run
-from ..kernels.switches import Switch as LoadSwitch
-from ..legs.switch_slopes import SwitchingLaws, check_others, least_rate, refuse_jumps
+from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.scene import LIMIT, Phase
@@ -26,7 +25,7 @@ from .history import Entry, History
 from .impact_slopes import Impact, after_impact, impact_slope
 from .saltation import After, check_ties, event_slope, kept
 from .slopes import Slopes, refused
-from .variational_path import Switch, VariationalPath, pieces, straight_path
+from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
 TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
@@ -108,16 +107,19 @@ class _Following:
         self.happened: list[Happened] = []
 
     def run(self, first: Array) -> Followed:
-        self.first = first
         phases, before = moments(self.history)
         segments: list[Segment] = []
         last: Segment | None = None
         S, shifts = first, np.zeros(len(first))
+        if self.laws is not None and phases:
+            one = self.history.path.segments[phases[0]]
+            t, y = one.path.start, one.path.states[0]
+            check_others(self.laws, -1, t, y, first, self.slopes.velocity(one.kernels, t, y))
         for number, moment in zip(phases, before, strict=False):
             segment = self.history.path.segments[number]
             S, leaps = self.passed(last, moment, segment, S, shifts)
             segments += leaps
-            switches = self.switches(segment, last is None)
+            switches = switches_of(self.slopes, self.laws, segment, self.problem.specs, self.tolerance)
             for piece in pieces(
                 self.slopes, segment, S, self.way(segment), self.between, self.laws, switches
             ):
@@ -129,44 +131,6 @@ class _Following:
         rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
         segments += [self.straight(one, S) for one in rest]
         return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
-
-    def switches(self, segment: Segment, begins: bool) -> list[Switch]:
-        """Return the switches of loads in a phase.
-
-        Raises
-        ------
-        SimulationError
-            A switch at the start or end of a phase, whose time does not move with it.
-        """
-        laws, path, result = self.laws, segment.path, list[Switch]()
-        if laws is None:
-            return result
-        if begins:
-            s = self.first.reshape(len(self.slopes.unknowns), -1)
-            check_others(
-                laws,
-                -1,
-                path.start,
-                path.states[0],
-                s,
-                self.slopes.velocity(segment.kernels, path.start, path.states[0]),
-            )
-        for crossing in path.crossings:
-            if not isinstance(self.problem.specs[crossing.number].expression, LoadSwitch):
-                continue
-            state = np.append(crossing.state[: self.moved], path.sample([crossing.time])[0, self.moved :])
-            rows = laws.at(crossing.time, state)
-            sizes = np.abs(rows[:, 2 : 2 + self.moved]) @ np.abs(state[: self.moved]) + np.abs(rows[:, 1])
-            law = int(np.argmin(np.abs(rows[:, 0]) / np.where(sizes > 0, sizes, 1)))
-            if not path.start < crossing.time < path.end:
-                if rows[law, -1] > 0:
-                    what = f"a load switches, as {laws.texts[law]} passes zero, at the time of an event of a contact"
-                    raise refused(self.slopes, crossing.time, what)
-                continue
-            if all(crossing.time != other.time for other in result):
-                least = least_rate(laws, law, path.times, path.states, self.tolerance)
-                result.append(Switch(crossing.time, state, law, crossing.sign, least))
-        return result
 
     def refuse_jumps(self, piece: VariationalPath, switches: list[Switch]) -> None:
         """Refuse jumps of the rates that no switch of a load has told."""

@@ -138,7 +138,7 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
     for k, mode in enumerate(phase.modes):
         at, n = scene.first[k], scene.tangents[k]
         name = slopes.model.contacts[k].name
-        if mode == "open" or k in changed:
+        if mode == "open" or k in changed or scene.presser[k] in changed:
             continue
         pressure = F[at] + slopes.adhesion_of(slopes.outputs(k, t, y), k)
         if pressure <= 1e-9 * largest:

@@ -15,6 +15,7 @@ from ...scalar.algebra import Expression, Scalar
 from ..ending import End
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.program import Program
+from ..kernels.switches import value_of
 from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,
@@ -279,7 +280,7 @@ class TouchingNumbers:
 
         def value(state: State) -> Scalar:
             if not isinstance(quantity, str | OfContact | OfReaction):
-                return state(quantity)
+                return value_of(state, quantity)
             if quantity not in ENERGIES:
                 name = quantity
                 if not isinstance(quantity, str):

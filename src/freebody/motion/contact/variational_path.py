@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..ending import FAILED, End
-from ..legs.switch_slopes import SwitchingLaws, passed
+from ..kernels import switches
+from ..legs.switch_slopes import SwitchingLaws, least_rate, passed
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..ode.integration import Integration
 from ..phase.scene import Phase
@@ -103,7 +104,7 @@ class Switch(NamedTuple):
 
 def pieces(
     slopes: Slopes, segment: Segment, S: Array, way: Callable[[Rates], Integration], between: Any,
-    laws: SwitchingLaws | None = None, switches: Sequence[Switch] = (),
+    laws: SwitchingLaws | None = None, passing: Sequence[Switch] = (),
 ) -> list[VariationalPath]:  # fmt: skip
     """Return the pieces of a phase with its derivatives, from those at its start, shape (unknowns, (q, u)).
 
@@ -116,7 +117,7 @@ def pieces(
     if not own.end > own.start:
         return [straight_path(slopes, segment, S)]
     times, contacts = _splits(slopes, phase, own)
-    at = {switch.time: switch for switch in switches}
+    at = {switch.time: switch for switch in passing}
     times = sorted({*times, *at})
     states = own.sample(times[1:-1]) if len(times) > 2 else np.empty((0, slopes.moved + 2))
     r, shifts = S, np.zeros(len(S))
@@ -136,6 +137,39 @@ def pieces(
             raise refused(slopes, path.end, f"the variational equations end there: {path.status}")
         result.append(VariationalPath(path, shifts, slopes, phase))
         r = result[-1].last
+    return result
+
+
+def switches_of(
+    slopes: Slopes, laws: SwitchingLaws | None, segment: Segment, specs: Sequence[Any], tolerance: float
+) -> list[Switch]:
+    """Return the switches of loads in a phase.
+
+    Raises
+    ------
+    NoDerivativesError
+        A switch at the start or end of a phase, whose time does not move with it.
+    """
+    path, n, result = segment.path, slopes.moved, list[Switch]()
+    if laws is None:
+        return result
+    for crossing in path.crossings:
+        if not isinstance(specs[crossing.number].expression, switches.Switch):
+            continue
+        state = np.append(crossing.state[:n], path.sample([crossing.time])[0, n:])
+        rows = laws.at(crossing.time, state)
+        sizes = np.abs(rows[:, 2 : 2 + n]) @ np.abs(state[:n]) + np.abs(rows[:, 1])
+        law = int(np.argmin(np.abs(rows[:, 0]) / np.where(sizes > 0, sizes, 1)))
+        if not path.start < crossing.time < path.end:
+            if rows[law, -1] > 0:
+                what = (
+                    f"a load switches, as {laws.texts[law]} passes zero, at the time of an event of a contact"
+                )
+                raise refused(slopes, crossing.time, what)
+            continue
+        if all(crossing.time != other.time for other in result):
+            least = least_rate(laws, law, path.times, path.states, tolerance)
+            result.append(Switch(crossing.time, state, law, crossing.sign, least))
     return result
 
 

@@ -26,7 +26,9 @@ from ..ending import NOT_PHYSICAL, End
 from ..families.family_record import ENTRY
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
+from ..kernels.switches import switches
 from ..legs.sensitivity import Derivatives
+from ..legs.sided_variation import with_signs
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
@@ -57,7 +59,11 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
         about = json.loads(bytes(parts.pop("about")))
         text = bytes(parts.pop("machine")).decode()
         if about["form"] != FORM:
-            raise ValueError(f"its form is {about['form']}, not {FORM}")
+            raise SimulationError(
+                f"Expected a motion of form {FORM} in '{source}', which another version of freebody saved in form "
+                f"{about['form']}. Run it again here, load it with that version, or read the table alone, "
+                "xarray.load_dataset(path)."
+            )
         if machine is None and not text:
             raise SimulationError(
                 f"'{source}' holds a motion, but not its machine: {about['missing']}. Pass the machine, "
@@ -127,7 +133,11 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
     model, kind = whole.model, about["kind"]
     kernels = whole.holding(_active(model, about["active"])) if about["active"] else whole
     values = {str(name): float(x) for name, x in about["values"].items()}
-    specs = [EventSpec(text, name, int(sign), bool(last)) for name, sign, last, text in about["specs"]]
+    told = {str(x): x for x in switches(model)}
+    specs = [
+        EventSpec(told.get(text, text), name, int(sign), bool(last))
+        for name, sign, last, text in about["specs"]
+    ]
     width = model.n_q + model.n_u
     variation = None
     if kind == "sensitivities":
@@ -142,7 +152,7 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
         raise ValueError(f"its states have {outputs.shape[1]} components")
     segments = _segments(kernels, variation or kernels, about, read, outputs.shape[1], values)
     path: Any = segments[0].path
-    if kind in ("phases", "contacts"):
+    if kind in ("phases", "contacts") or len(segments) > 1:
         path = Phases(tuple(segments), _end(about["status"]))
     times = read.reals("asked", (None,)) if "asked" in parts else None
     samples = None if about["samples"] is None else int(about["samples"])
@@ -174,7 +184,7 @@ def _course(
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
             read.reals("contacts", (steps, m)), read.reals("constraints", (steps, len(rows(model)))),
-            read.reals("works", (steps, 2)), read.reals("corrections", (steps, model.n_q + model.n_u)), modes,
+            read.reals("works", (steps, 2)), _corrections(model, read, steps), modes,
             _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
         stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping) if x.name in about))
@@ -182,6 +192,14 @@ def _course(
     if kind not in ("smooth", "phases"):
         raise ValueError(f"its kind is {kind!r}")
     return InLegs(happenings)
+
+
+def _corrections(model: Model, read: _Reader, steps: int) -> Array:
+    """Return the corrections of the state; in files of earlier versions speeds had none."""
+    width = model.n_q + model.n_u
+    if np.shape(read.parts["corrections"]) != (steps, model.n_q):
+        return read.reals("corrections", (steps, width))
+    return np.pad(read.reals("corrections", (steps, model.n_q)), ((0, 0), (0, model.n_u)))
 
 
 def _happening(
@@ -285,11 +303,12 @@ def _segments(
         if any(not 0 <= c.number < len(about["specs"]) for c in crossings):
             raise ValueError("it has crossings of events that it does not name")
         own_kernels = _kernels(kernels, entry)
+        of_path, numbers = with_signs(rates_of, common, entry.get("signs", ()))
         parameters = switched[k] if switched is not None and entry["switched"] else None
         path = object.__new__(PATHS[entry["way"]])
         recipe = _recipe(
-            rates_of if own_kernels is kernels else own_kernels,
-            common if parameters is None else parameters,
+            of_path if own_kernels is kernels else own_kernels,
+            numbers if parameters is None else parameters,
             entry,
             width,
         )

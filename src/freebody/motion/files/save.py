@@ -25,6 +25,7 @@ from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.course import Leap, Touching
+from ..legs.sided_variation import SidedVariation
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
 from ..timestepping.course import InSteps, Steps
@@ -200,8 +201,18 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
         "loose": segment.loose,
         "impulses": segment.impulses,
         "switched": segment.parameters is not None,
+        "signs": _signs(path),
         **{name: getattr(path, name) for name in COUNTS},
     }
+
+
+def _signs(path: Any) -> list[float]:
+    """Return the signs of loads that switch in a segment with derivatives, which follow its parameters."""
+    make, *arguments = path.rates.recipe or (None,)
+    variation = getattr(make, "__self__", None)
+    if not isinstance(variation, SidedVariation):
+        return []
+    return list(map(float, arguments[0][len(variation.kernels.model.parameters) :]))
 
 
 def _bytes(text: str) -> Any:

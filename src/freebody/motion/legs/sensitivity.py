@@ -151,32 +151,44 @@ class _Legs:
 
     def paths(self, y: Array, rates: Rates, relative: Array) -> list[Path]:
         """Return the paths of all legs from a state with its derivatives; ``rates`` are those without switches."""
-        p, n = self.problem, self.problem.kernels.size
+        p = self.problem
         found = switching_laws(self.variation, self.parameters)
         if found is None:
             watch = watching(p.kernels, self.parameters, p.specs, p.expressions)
             return [self.way(rates, watch, relative).path(y, p.begin, p.end, self.absolute, self.between)]
-        sided, t, paths = SidedVariation(p.kernels, self.variation.unknowns), p.begin, list[Path]()
-        signs = self.signs(sided, y, len(found.texts))
+        paths = list[Path]()
+        try:
+            self.go_on(y, relative, len(found.texts), paths)
+        except KeyboardInterrupt:  # between two legs
+            if not paths:
+                raise
+            paths[-1].status = End.INTERRUPTED
+        for path in paths:
+            path.crossings = tuple(x for x in path.crossings if x.number < len(p.specs))
+        return paths
+
+    def go_on(self, y: Array, relative: Array, laws: int, paths: list[Path]) -> None:
+        """Append the paths of all legs, which end where one of so many laws switches."""
+        p, n, t = self.problem, self.problem.kernels.size, self.problem.begin
+        sided, count = SidedVariation(p.kernels, self.variation.unknowns), len(p.specs)
+        signs = self.signs(sided, y, laws)
         while True:
             constants, rates = sided.at(self.parameters, signs, self.method)
             way = self.way(rates, sided.watching(p.specs, p.expressions, constants), relative)
             paths.append(way.path(y, t, p.end, self.absolute, self.between))
-            last, count = paths[-1], len(p.specs)
-            found = last.crossings[-1] if last.status == End.TERMINAL else None
-            last.crossings = tuple(x for x in last.crossings if x.number < count)
-            if found is None or found.number < count:
-                return paths
-            law, side = found.number - count, found.sign
+            last = paths[-1]
+            if last.status != End.TERMINAL or last.crossings[-1].number < count:
+                return
+            law, side = last.crossings[-1].number - count, last.crossings[-1].sign
             t, y = last.end, last.states[-1].copy()
             if side == -signs[law]:
-                laws, before = sided.laws(constants), _rates(rates, t, y, n)
+                now, before = sided.laws(constants), _rates(rates, t, y, n)
                 signs[law] = side
                 after = _rates(sided.at(self.parameters, signs, self.method)[1], t, y, n)
-                least = least_rate(laws, law, last.times, last.states, float(p.tolerances.max(initial=0.0)))
-                tau, jump = passed(laws, law, (t, y, y[n:].reshape(-1, n), side), (before, after), least)
+                least = least_rate(now, law, last.times, last.states, float(p.tolerances.max(initial=0.0)))
+                tau, jump = passed(now, law, (t, y, y[n:].reshape(-1, n), side), (before, after), least)
                 for j, one in enumerate(tau):
-                    y[n * (1 + j) : n * (1 + j) + laws.moved] += jump * one
+                    y[n * (1 + j) : n * (1 + j) + now.moved] += jump * one
 
     def way(self, rates: Rates, watch: Any, relative: Array) -> Integration:
         """Return how a leg is integrated."""

@@ -19,7 +19,7 @@ from ...scalar.trace import Tape, Traced
 from ..kernels.program import Program
 from ..kernels.switches import value_of
 from ..ode.dense_output import Array, Rates, Watch
-from .switch_slopes import SwitchingLaws, law_outputs
+from .switch_slopes import SwitchingLaws, law_outputs, switching_laws
 from .variation import Functions, Variation
 
 
@@ -109,3 +109,20 @@ class SidedVariation(Variation):
             program.address("values"), (*directions, *[0] * count), (*terminal, *[True] * count),
             program.constants(parameters), program,
         )  # fmt: skip
+
+
+def with_signs(source: Any, parameters: Array, given: Sequence[Any]) -> tuple[Any, Array]:
+    """Return programs with derivatives, and parameters followed by the signs of a leg, if a file gives any.
+
+    Raises
+    ------
+    ValueError
+        They are not those of the loads of the machine that switch.
+    """
+    signs = np.array(given, dtype=float)
+    if not isinstance(source, Variation) or not signs.size:
+        return source, parameters
+    laws = switching_laws(source, parameters)
+    if laws is None or signs.shape != (len(laws.texts),) or not (np.abs(signs) == 1).all():
+        raise ValueError("the signs of its loads are not those of the machine")
+    return SidedVariation(source.kernels, source.unknowns), np.concatenate([parameters, signs])

@@ -15,6 +15,7 @@ from ...native.instructions import EPS, Reals, compiled, greater, root
 from .closed_contacts import NAN, balance
 from .contact_outputs import closed_touched, evaluated, extended, force_of
 from .phase_record import PhaseData
+from .slopes_record import PhaseSlopes
 
 PASSES = 2000
 """Passes after which loads are not found: those that shrink by less than a fiftieth each."""
@@ -72,3 +73,29 @@ def bear(t: float, phase: PhaseData) -> float:
         phase.pressure[k] = load
         force_of(phase, k)[0] = load
     return change / most if most > 0.0 else 0.0
+
+
+@compiled
+def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None:
+    """Set ``out`` to the derivatives of the loads of joints by the present ones of accelerations and forces."""
+    at, size = it.n_q + it.n, it.n + it.rows
+    acting, direction = it.borne[at:], it.borne[at + size :]
+    for i in range(at):
+        it.borne[i] = it.given[i]
+    for i in range(at + 1 + it.symbols):  # τ and dp follow s
+        direction[i] = it.s[i]
+    for i in range(it.n):
+        acting[i], it.ways[i] = phase.udot[i], it.udot[i]
+    for i in range(it.rows):
+        acting[it.n + i], it.ways[it.n + i] = phase.force[i], it.force[i]
+    it.bearings(t, it.borne, it.bearings_c, it.bearing)
+    for j in range(phase.loaded_count):
+        F, dF, load = it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
+        for place in range(2):
+            square, along = 0.0, 0.0
+            for i in range(1 + 3 * place, 4 + 3 * place):
+                square += F[i] * F[i]
+                along += F[i] * dF[i]
+            if square > 0.0:
+                load += dF[0] * root(square) + F[0] * along / root(square)
+        out[j] = load

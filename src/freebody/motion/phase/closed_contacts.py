@@ -282,3 +282,45 @@ def rub(phase: PhaseData, k: int, slip: int, normal: float) -> None:
         F = force_of(phase, k)
         for j in range(phase.tangents[k]):
             F[1 + j] = normal * phase.share[k, j]
+
+
+# --- shares, once more, for derivatives ----------------------------------------------------------
+
+
+@compiled
+def condition_force(phase: PhaseData, i: int) -> float:
+    """Return λ of a condition of a phase that is solved."""
+    k = phase.source[i]
+    if k < 0:
+        return phase.multiplier[phase.number[-1 - k]]
+    return force_of(phase, k)[phase.row_of[i]] + (adhesion_of(phase, k) if phase.row_of[i] == 0 else 0.0)
+
+
+@compiled
+def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals) -> int:
+    """Set ``firsts`` to the forces that W = 1 shares, of the λ ``forces`` of a phase, and ``weights`` to its W.
+
+    Leave W = 1. Return 0 if a contact without load has none, else 1.
+    """
+    good = 1
+    for i in range(phase.conditions):
+        weights[i] = phase.weight[i]
+        if not phase.weight[i] > 0.0:
+            good = 0
+        phase.weight[i] = 1.0
+    for a in range(phase.active):
+        total = 0.0
+        for i in range(phase.conditions):
+            total += phase.S[i, a] * forces[i]
+        phase.right[phase.independent[a]] = total
+    weighted(phase)
+    for i in range(phase.conditions):
+        firsts[i] = phase.lam[i]
+    return good
+
+
+@compiled
+def set_weights(phase: PhaseData, weights: Reals) -> None:
+    """Set W."""
+    for i in range(phase.conditions):
+        phase.weight[i] = weights[i]

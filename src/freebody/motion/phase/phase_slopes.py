@@ -16,8 +16,7 @@ to all of them. Where they share their forces, λ = W G w with M w = G_aᵀ ν o
 
 with W = 1, and then, if nothing slips, W = N of these first forces for friction (`closed_contacts`).
 
-The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP is found as P is
-(`bearings`), by passes from 0, which contract as those do.
+The load P = r (|F_a| + |F_b|) of a joint depends on the accelerations and forces that it changes: dP = a + J dP.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
 """
@@ -25,9 +24,10 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 from __future__ import annotations
 
 from ...native.instructions import Reals, call, compiled, greater, root
+from ..cones.elimination import solved
 from . import laws
-from .bearings import NEARLY, PASSES, SAME, solve
-from .closed_contacts import NAN, force_row, independent, weighted
+from .bearings import loads_along, solve
+from .closed_contacts import NAN, condition_force, first_shares, force_row, independent, set_weights, weighted
 from .contact_outputs import (
     adhesion_of,
     force_of,
@@ -153,15 +153,6 @@ def rubbed(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, change: float) 
 
 
 @compiled
-def condition_force(phase: PhaseData, i: int) -> float:
-    """Return λ of a condition of a phase that is solved."""
-    k = phase.source[i]
-    if k < 0:
-        return phase.multiplier[phase.number[-1 - k]]
-    return force_of(phase, k)[phase.row_of[i]] + (adhesion_of(phase, k) if phase.row_of[i] == 0 else 0.0)
-
-
-@compiled
 def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Reals) -> None:
     """Set ``shares`` to W (dG w + G M⁻¹ (-dM w + dG_aᵀ ν)) of all conditions, whose forces W G w are shared."""
     n, z, w = it.n, it.z, phase.step
@@ -189,36 +180,6 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
 
 
 @compiled
-def first_shares(it: PhaseSlopes, phase: PhaseData) -> int:
-    """Set ``firsts`` to the forces of equal compliance with W = 1, and ``weights`` to the last W; return 0 if a
-    contact without load has none, else 1.
-    """
-    good = 1
-    for i in range(phase.conditions):
-        it.weights[i] = phase.weight[i]
-        if not phase.weight[i] > 0.0:
-            good = 0
-    for i in range(phase.conditions):
-        phase.weight[i] = 1.0
-    for a in range(phase.active):
-        total = 0.0
-        for i in range(phase.conditions):
-            total += phase.S[i, a] * condition_force(phase, i)
-        phase.right[phase.independent[a]] = total
-    weighted(phase)
-    for i in range(phase.conditions):
-        it.firsts[i] = phase.lam[i]
-    return good
-
-
-@compiled
-def set_weights(phase: PhaseData, weights: Reals) -> None:
-    """Set W."""
-    for i in range(phase.conditions):
-        phase.weight[i] = weights[i]
-
-
-@compiled
 def shared_change(it: PhaseSlopes, phase: PhaseData, shares: Reals) -> None:
     """Set λ of all conditions to the derivatives of forces of equal compliance for ``right``."""
     for a in range(phase.active):
@@ -239,7 +200,7 @@ def sharing_of(t: float, it: PhaseSlopes, phase: PhaseData) -> int:
     if phase.slipping != 0:
         lean(t, it, phase, it.forces, it.shares)
         return 1
-    if first_shares(it, phase) == 0:
+    if first_shares(phase, it.forces, it.weights, it.firsts) == 0:
         set_weights(phase, it.weights)
         return -1
     lean(t, it, phase, it.firsts, it.first_leans)
@@ -273,45 +234,27 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
 
 @compiled
 def borne(t: float, it: PhaseSlopes, phase: PhaseData, sharing: int) -> int:
-    """Find the derivatives of the loads of joints; return 0 if the passes do not come to them, else 1."""
-    last = 1.0
-    for _ in range(PASSES):
-        change = bear_along(t, it, phase)
-        if change <= SAME or NEARLY >= change >= last:
-            return 1
-        balanced(it, phase, sharing)
-        last = change
-    return 0
+    """Find the derivatives of the loads of joints, affine in themselves; return 0 if they have none, else 1.
 
-
-@compiled
-def bear_along(t: float, it: PhaseSlopes, phase: PhaseData) -> float:
-    """Set the derivatives of loads to those by the present ones of accelerations and forces; return their greatest
-    change, relative to the greatest.
+    Each column of 1 - J is the answer to a load of the size of all.
     """
-    change, most, at, size = 0.0, 0.0, it.n_q + it.n, it.n + it.rows
-    acting, direction = it.borne[at:], it.borne[at + size :]
-    for i in range(at):
-        it.borne[i] = it.given[i]
-    for i in range(at + 1 + it.symbols):  # τ and dp follow s
-        direction[i] = it.s[i]
-    for i in range(it.n):
-        acting[i], it.ways[i] = phase.udot[i], it.udot[i]
-    for i in range(it.rows):
-        acting[it.n + i], it.ways[it.n + i] = phase.force[i], it.force[i]
-    it.bearings(t, it.borne, it.bearings_c, it.bearing)
-    for j in range(phase.loaded_count):
-        k, F, dF, load = phase.loaded[j], it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
-        for place in range(2):
-            square, along = 0.0, 0.0
-            for i in range(1 + 3 * place, 4 + 3 * place):
-                square += F[i] * F[i]
-                along += F[i] * dF[i]
-            if square > 0.0:
-                load += dF[0] * root(square) + F[0] * along / root(square)
-        change, most = greater(change, abs(load - it.pressure[k])), greater(most, abs(load))
-        it.pressure[k] = load
-    return change / most if most > 0.0 else 0.0
+    m, size = phase.loaded_count, 1.0
+    loads_along(t, it, phase, it.loads)
+    for i in range(m):
+        size = greater(size, abs(it.loads[i]))
+    for j in range(m):
+        it.pressure[phase.loaded[j]] = size
+        balanced(it, phase, sharing)
+        it.pressure[phase.loaded[j]] = 0.0
+        loads_along(t, it, phase, it.answers)
+        for i in range(m):
+            it.square[i * m + j] = (1.0 if i == j else 0.0) - (it.answers[i] - it.loads[i]) / size
+    if solved(it.square, m, it.loads) == 0:
+        return 0
+    for i in range(m):
+        it.pressure[phase.loaded[i]] = it.loads[i]
+    balanced(it, phase, sharing)
+    return 1
 
 
 @compiled

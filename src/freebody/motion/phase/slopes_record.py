@@ -31,6 +31,7 @@ class PhaseSlopes(Record):
     ``pressure``                derivatives of the loads of joints, of each contact
     ``bearings``, ``bearing``   kernel of `bearing_slopes`, and its outputs; its inputs ``borne``: (q, u), accelerations
                                 and forces, the direction, and their derivatives ``ways``
+    ``loads``, ``answers``, ``square``    derivatives of the loads of joints, and 1 - J of their equations
     """
 
     n_q: Count
@@ -70,6 +71,9 @@ class PhaseSlopes(Record):
     borne: Annotated[Row, "of_borne"]
     ways: Row
     bearing: Annotated[Row, "of_bearing"]
+    loads: Annotated[Row, "loaded"]
+    answers: Annotated[Row, "loaded"]
+    square: Annotated[Row, "loaded_squared"]
 
 
 def phase_slopes(
@@ -87,7 +91,7 @@ def phase_slopes(
         most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
         machine_outputs=n_q + 2 * n, contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
         conditions=scene.candidates.own + scene.rows, of_bearings=of_bearings.size, of_borne=2 * (at + size) + 1 + m,
-        of_bearing=2 * LOADED * loaded,
+        of_bearing=2 * LOADED * loaded, loaded=loaded, loaded_squared=loaded * loaded,
     )  # fmt: skip
     if bearings:
         it.bearings, it.bearings_c[: of_bearings.size] = bearings.address("bearings"), of_bearings

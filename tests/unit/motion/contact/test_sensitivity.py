@@ -77,3 +77,51 @@ def test_batches_copies_and_fits():
     told = fb.simulate(s, 2, initial=start, values={"e": 0.7}, times=np.linspace(0.1, 1.9, 40))
     fit = fb.fit(s, {"time": told.t, "y": told["y"]}, unknown={"e": 0.75, "h": 1.02}, initial=start)
     assert [fit.values[x] for x in ("e", "h")] == pytest.approx([0.7, 1.0], rel=1e-9)
+
+
+def rolling():
+    s = fb.System("ball")
+    s.parameters(mu=0.3, d=0.01, e=0.5)
+    s.gravity = (0, -G, 0)
+    body = s.body("ball", fb.sphere(1, 0.1))
+    s.planar("plane", s.ground, body, coordinate="x y turn")
+    s.contact("floor", body.sphere(0.1), s.ground.plane(), friction="mu", rolling="d", restitution="e")
+    return s, {"y": 0.5, "x'": 6.0, "turn'": 3.0}, {"mu": 0.22, "d": 0.013, "e": 0.62}
+
+
+def on_a_rough_pin():
+    s = fb.System("bar")
+    s.parameters(mu=0.5, k=500.0, c=8.0)
+    s.gravity = (0, -G, 0)
+    bar = s.body("bar", fb.slender_bar(2, 1, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="q")
+    s.friction("dry", pin, coefficient="mu", radius=0.02)
+    s.stop("wall", pin, high=0.2, stiffness="k", damping="c")
+    return s, {"q": -1.0}, {"mu": 0.3, "k": 300.0, "c": 4.0}
+
+
+@pytest.mark.parametrize("scene", [on_a_rough_pin, pytest.param(rolling, marks=pytest.mark.slow)])
+def test_laws_from_data(scene):
+    """Friction, restitution, resistance, stiffness and damping of a motion, from others."""
+    s, start, told = scene()
+    times = np.linspace(0, 1.5, 61)
+    motion = fb.simulate(s, 1.5, initial=start, values=told, times=times, tolerance=1e-11)
+    measured = {name: motion[name] for name in motion.names if not name.endswith("'")}
+    sigma = dict.fromkeys(measured, 1e-3)
+    near = {name: 0.95 * value for name, value in told.items()}
+    fit = fb.fit(s, {"time": times, **measured}, near, initial=start, sigma=sigma, tolerance=1e-11)
+    assert [fit.values[name] for name in told] == pytest.approx(list(told.values()), rel=1e-6)
+
+
+def test_batches_of_machines_whose_loads_switch():
+    """Switches are no events of the user; each lane has the derivatives of a run alone."""
+    s, start, told = on_a_rough_pin()
+    common = dict(initial=start, sensitivities=["mu", "k"], times=[0.3, 1.0])
+    event = fb.event("q", direction=1)
+    data = fb.simulate(s, 1, values={"mu": [0.2, 0.3]}, outputs=["q", "final(q)"], events=[event], **common)
+    alone = fb.simulate(s, 1, values={"mu": 0.3}, events=[event], **common)
+    assert np.array_equal(data["d(q)"][1], alone.sensitivity.of("q"))
+    assert np.array_equal(data["d(event_time)"][1, 0], alone.sensitivity.times("q")[0])
+    assert data["event_count"].shape == (2, 1)
+    touched = alone.sensitivity.times("wall touches")
+    assert touched.shape == (1, 2) and touched[0, 1] == pytest.approx(0, abs=1e-12)

@@ -154,7 +154,6 @@ def part(name, change):
 
 
 DAMAGE = {
-    "form": about(form=3),
     "kind": about(kind="other"),
     "values": about(values={}),
     "event": about(specs=[]),
@@ -176,6 +175,36 @@ DAMAGE = {
     "missing": lambda told, parts: parts.pop("states"),
     "text for numbers": lambda told, parts: parts.update(states=np.array(b"text")),
 }
+
+
+def test_files_of_other_versions(kept, tmp_path):
+    """Another form is refused; corrections of places alone, as earlier time steps had them, change no speed."""
+    path = tmp_path / "motion.nc"
+    path.write_bytes(kept)
+    edit(path, about(form=1))
+    message = r"of form 2 in '.*motion\.nc', which another version of freebody saved in form 1\. Run it again"
+    with pytest.raises(SimulationError, match=message):
+        fb.Trajectory.load(path)
+    motion = MOTIONS["time stepping"]()
+    motion.save(path)
+    n_q = motion.kernels.model.n_q
+    edit(path, part("corrections", lambda x: x[:, :n_q]))
+    found = fb.Trajectory.load(path).course.impulses.corrections
+    assert (
+        np.array_equal(found[:, :n_q], motion.course.impulses.corrections[:, :n_q])
+        and not found[:, n_q:].any()
+    )
+
+
+def test_signs_of_a_file_are_those_of_its_loads(tmp_path):
+    path = tmp_path / "motion.nc"
+    for signs in ([1.0], [1.0, 2.0], [[1.0, -1.0]], ["x", 1]):
+        MOTIONS["switched"]().save(path)
+        edit(path, segment(signs=signs))
+        with pytest.raises(
+            SimulationError, match="it is damaged: (the signs of its loads|could not convert)"
+        ):
+            fb.Trajectory.load(path)
 
 
 @pytest.fixture(scope="module")
