@@ -6,10 +6,10 @@ The second equation gives dx = -(g + G dv) contact by contact (`cone.law_slopes`
 
     (1 + Xᵀ G) dv = -Xᵀ g
 
-whose matrix has entries for blocks that share a row. δ is a small compliance of the step alone: forces of faces on
-faces are open, and change as little as they need. No length of a step is sought, nor is a step brought back to the
-cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the impulses of a few
-sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
+whose matrix has entries for blocks that share a row. δ is a compliance of the step alone, as great as the residual:
+forces of faces on faces are open, and change as little as they need. No length of a step is sought, nor is a step
+brought back to the cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the
+impulses of a few sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
 
 Source: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks).
 """
