@@ -6,10 +6,10 @@ The second equation gives dx = -(g + G dv) contact by contact (`cone.law_slopes`
 
     (1 + Xᵀ G) dv = -Xᵀ g
 
-whose matrix has entries for blocks that share a row. δ is a small compliance of the step alone: forces of faces on
-faces are open, and change as little as they need. No length of a step is sought, nor is a step brought back to the
-cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the impulses of a few
-sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
+whose matrix has entries for blocks that share a row. δ is a compliance of the step alone, as great as the residual:
+forces of faces on faces are open, and change as little as they need. No length of a step is sought, nor is a step
+brought back to the cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the
+impulses of a few sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
 
 Source: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks).
 """
@@ -18,15 +18,15 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled
+from ...native.instructions import compiled, greater, lesser
 from .block_rows import add, along
 from .cone import add_all, law_slopes, residual
 from .contact_problem import ContactProblem, Newton
 from .elimination import factored, substitute
 from .newton import jacobian
 
-LOOSE = 1e-8
-"""δ: a step leaves about this part of an error."""
+LOOSE, LOOSEST = 1e-8, 0.1
+"""Limits of δ, which is the residual: a step leaves about this part of an error."""
 LOST = 1e6
 """Growth of the residual that ends the search."""
 
@@ -44,7 +44,7 @@ def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> 
                 memory.best[a] = problem.x[a]
         if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
             break
-        if step(problem, memory) == 0:
+        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, size))) == 0:
             break
         turn += 1
     for a in range(m):
@@ -53,10 +53,10 @@ def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> 
 
 
 @compiled
-def step(problem: ContactProblem, memory: Newton) -> int:
-    """Do one step; return 0 if it has no value."""
+def step(problem: ContactProblem, memory: Newton, loose: float) -> int:
+    """Do one step with δ = ``loose``; return 0 if it has no value."""
     blocks, dv, g, G = problem.blocks, memory.step, memory.moved, memory.G[0]
-    law_slopes(problem, LOOSE, g, G)
+    law_slopes(problem, loose, g, G)
     jacobian(problem, G, memory)
     if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
         return 0

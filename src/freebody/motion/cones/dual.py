@@ -1,8 +1,9 @@
 """Goldfarb and Idnani's dual method for a contact problem without friction.
 
 It is the least displacement that meets b + W v >= 0, a strictly convex problem of v. The method begins with v = 0 and
-takes in the most violated condition, again and again: the impulses x that hold the ones taken so far stay positive, and
-one that would become negative is let go. It ends after finitely many steps, also where rows depend on each other.
+takes in conditions that are violated most, again and again: the impulses x that hold the ones taken so far stay
+positive, and one that would become negative is let go. It ends after finitely many steps, also where rows depend on
+each other.
 
 Source: D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
 """

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled
-from ..cones.dual import is_bare
 from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
-FEW, BARE, MORE = 8, 3, 40
-"""Sweeps before the first turn of Newton's method, or of the dual method where no friction is sought, and before the
-second one."""
+FEW, MORE = 8, 40
+"""Sweeps before the first and the second turn of Newton's method."""
 TURNS, ANEW = 8, 4
 """Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
 
@@ -21,8 +19,6 @@ TURNS, ANEW = 8, 4
 def impulses(run: Run, islands: Islands, goal: float) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0."""
     problem, most = run.problem, FEW
-    if is_bare(problem) == 1:
-        most = BARE
     for turn in range(TURNS):
         if turn == ANEW:
             for a in range(problem.count):
