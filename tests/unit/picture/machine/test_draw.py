@@ -425,12 +425,10 @@ def test_the_last_of_several_angles_about_a_point_lies_apart_on_its_axis() -> No
 
 
 def test_a_line_leads_from_a_name_that_stands_apart() -> None:
-    """The shaft of the propeller has its name beside the airframe; names at their bodies and joints have no line."""
-    _, drawing, _ = as_drawn("prob-6-19")
+    """The name of the gimbal is beside the car; names at their bodies and joints have no line."""
+    _, drawing, _ = as_drawn("gyro-monorail")
     leaders = [group.items[0].points for group in groups(drawing, "leader")]
-    (label,) = (
-        item for item in flat(drawing.sheet.root) if isinstance(item, Label) and item.tex == "propeller shaft"
-    )
+    (label,) = (item for item in flat(drawing.sheet.root) if isinstance(item, Label) and item.tex == "gimbal")
     starts = [
         p
         for p, _ in leaders
