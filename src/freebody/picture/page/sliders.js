@@ -1,8 +1,8 @@
 "use strict";
 // Sliders for parameters, initial values and the length of the run, and the control of a page that computes its motion.
 
-// A number to five digits; small ones with an exponent, since a box has room for few characters.
-const short = (x) => ((x = Number(x.toPrecision(5))) && Math.abs(x) < 1e-3 ? x.toExponential() : String(x));
+// A number to five digits; with an exponent if it is longer than a box.
+const short = (x) => (String((x = Number(x.toPrecision(5)))).length <= 10 ? String(x) : x.toExponential());
 
 // Makes sliders, whose names are set as ``symbols``. ``state`` holds the values that the user chose, ``moved`` is called when one changes.
 function sliders(root, list, length, symbols, moved) {

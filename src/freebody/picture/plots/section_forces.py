@@ -190,8 +190,9 @@ def section_forces(
             below = -12 if (values[k_most] > 0) == (k == 2) else 5
             last = found.s[k_most] > 0.85 * found.s[-1]
             panel.annotate(
-                f"{values[k_most]:.4g}", (found.s[k_most], values[k_most]), xytext=(-4 if last else 4, below),
-                textcoords="offset points", ha="right" if last else "left", fontsize=9, color=INK,
+                f"{values[k_most]:.4g}".replace("-", "−"), (found.s[k_most], values[k_most]),
+                xytext=(-4 if last else 4, below), textcoords="offset points",
+                ha="right" if last else "left", fontsize=9, color=INK,
             )  # fmt: skip
         panel.set_ylabel(label)
         panel.margins(y=0.25)

@@ -422,3 +422,26 @@ def test_the_last_of_several_angles_about_a_point_lies_apart_on_its_axis() -> No
     assert psi == pytest.approx([0, 0], abs=1e-9) and theta == pytest.approx([0, 0], abs=1e-9)
     part = float(phi @ center) / float(center @ center)
     assert 0.4 < part < 0.8 and phi == pytest.approx(part * center, abs=1e-9)
+
+
+def test_a_line_leads_from_a_name_that_stands_apart() -> None:
+    """The name of the gimbal is beside the car; names at their bodies and joints have no line."""
+    _, drawing, _ = as_drawn("gyro-monorail")
+    leaders = [group.items[0].points for group in groups(drawing, "leader")]
+    (label,) = (item for item in flat(drawing.sheet.root) if isinstance(item, Label) and item.tex == "gimbal")
+    starts = [
+        p
+        for p, _ in leaders
+        if label.box[0] - 3 < p[0] < label.box[2] + 3 and label.box[1] - 3 < p[1] < label.box[3] + 3
+    ]
+    assert len(starts) == 1 and all(np.linalg.norm(q - p) > 5 for p, q in leaders)
+    assert not groups(as_drawn("four-bar")[1], "leader")
+
+
+def test_the_angle_of_a_body_about_its_mass_centre_is_that_of_its_axis() -> None:
+    s = fb.System("wheel")
+    s.hinge("axle", s.ground, s.body("wheel", fb.disk(1, 0.3)), axis="z", coordinate="phi")
+    (angle,) = groups(fb.draw(s, at={"phi": 0.7}), "angle")
+    line, reference = (item.points for item in angle.items if type(item) is Line)
+    assert math.atan2(*(line[1] - line[0])[::-1]) == pytest.approx(0.7, abs=1e-12)
+    assert math.atan2(*(reference[1] - reference[0])[::-1]) == pytest.approx(0.0, abs=1e-12)

@@ -10,6 +10,7 @@ import pytest
 import freebody as fb
 from freebody.gallery import entries
 from freebody.picture.page.browser import chromium
+from freebody.picture.page.page import LIVE, script
 from page_browser import PageBrowser
 
 pytestmark = pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
@@ -380,3 +381,10 @@ def test_a_speed_jumps_in_the_page(browser, bouncing):
         "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('polyline').length)"
     )
     assert max(joined) > 10
+
+
+def test_boxes_of_sliders_have_room_for_their_numbers(browser):
+    code = next(line for line in script(LIVE).splitlines() if line.startswith("const short"))
+    numbers = "[2e-4, -1.2345e-4, 1 / 3, 123456789, -2e-9, 0]"
+    shown = browser.value(f"(() => {{ {code} return {numbers}.map(short).join(); }})()")
+    assert shown == "0.0002,-1.2345e-4,0.33333,123460000,-2e-9,0"

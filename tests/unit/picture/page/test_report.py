@@ -72,10 +72,11 @@ def floats(values: Any, *shape: int) -> np.ndarray:
 
 def test_the_page_has_every_section(text):
     assert "<h2>File</h2>" not in text
+    assert text.index("<h2>Drawing</h2>") < text.index("<h2>Answers</h2>")  # which use its symbols
     for heading in (
+        "Drawing",
         "Answers",
         "Plots",
-        "Drawing",
         "Free-body diagrams",
         "Free-body equations",
         "Equations of motion",

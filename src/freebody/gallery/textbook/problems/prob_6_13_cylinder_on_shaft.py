@@ -73,7 +73,7 @@ CYLINDER_ON_SHAFT = Entry(
     ("cylinder-on-shaft",),
     "Cylinder on a shaft that speeds up: bearing reactions and torque (Problem 6.13)",
     (
-        "reactions R_AX, R_AY, R_BX, R_BY on the shaft at t_1, (a) tilted and (b) off centre",
+        "forces of the bearings A and B on the shaft at t_1, (a) tilted and (b) off centre",
         "torque about the shaft that must be applied, for (a) and (b)",
         "the reactions for any motion theta(t) of the shaft",
     ),

@@ -18,7 +18,7 @@ from ...tools.entry import Entry
 from ...tools.looks import placed, together
 from ...tools.pictures import moments
 
-SHAFTS = ("propeller_shaft", "engine_shaft")
+SHAFTS = ("P", "E")
 TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
 
 
@@ -106,7 +106,7 @@ def solve(case: Case) -> Solved:
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, "psi", title="Turboprop: heading")),
         "propeller.png": saved(
-            lambda: moments(trajectory, "propeller_shaft", "Turboprop: moment on the propeller")
+            lambda: moments(trajectory, "P", "Turboprop: moment on the propeller")
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
