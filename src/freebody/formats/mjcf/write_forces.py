@@ -42,7 +42,8 @@ CANNOT = {
 HIGHEST = 4
 """Degree of the polynomial of a joint equality."""
 DRAG = {
-    "damping": "a force other than the damping -d v of a free joint that has s.damper of the same d; " + POINTS,
+    "damping": "a force other than the damping -d v of a free joint that has s.damper of the same d; "
+    + POINTS,
     "friction": "in the format the friction of a free joint resists turns and displacements up to the same number; "
     "give it torque= in one s.friction and force= in another",
 }

@@ -290,7 +290,9 @@ def compiled_step(
     writes = tuple(len(STEPS[name][1]) for name in written)
     form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
     compiled = compile_tape(tape, functions, None, state, constants, form=form)
-    return Step(compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn))
+    return Step(
+        compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn)
+    )
 
 
 Written = list[tuple[str, int, list[Scalar]]]

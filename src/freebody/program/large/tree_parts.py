@@ -38,8 +38,8 @@ from ...space.spatial import minus
 from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
 from . import link_moves, link_step
-from .link_places import accelerations, sums
 from .link_masses import is_bare
+from .link_places import accelerations, sums
 from .link_step import Step, compiled_step, kind_of, normal_of
 
 OF_Q = ("potential_energy", "postures", "jacobian", "mass_matrix")
