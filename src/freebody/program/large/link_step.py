@@ -387,10 +387,10 @@ def _recorded(
     # carried, transmitted
     x = read["above"]
     motion_above = (_vector(x), _vector(x[3:6]), _vector(x[6:9]), _matrix(x[9:]))
-    rate: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
+    change: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
     if kind.own:
-        rate = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
-    motion_given = link_masses.accelerated(R, r, vJ, rate, motion_above)
+        change = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
+    motion_given = link_masses.accelerated(R, r, vJ, change, motion_above)
     mass = link_masses.of(constants[OWN:], kind.bare)
     needed = (ZERO, ZERO) if kind.massless else link_masses.needed(mass, motion_given[3], motion_given[1])
     F = plus(_spatial(record[needed_at:]), _spatial(tips))
