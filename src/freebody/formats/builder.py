@@ -10,7 +10,7 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from ..describe.contacts.turn import is_ball
+from ..describe.contacts.turn import is_ball, is_free
 from ..describe.description import names_of
 from ..describe.joints.primitive import Primitive
 from ..describe.system import System
@@ -203,7 +203,7 @@ class Builder:
                 what, line, "it moves without its dry friction, which friction=True reads", f"{value:g}"
             )
             return
-        turns, free = made.primitives[index].turns, made.type == "free"
+        turns, free = made.primitives[index].turns, is_free(made)
         bound = self.parameter(f"f_{name}", value, "" if free else "N m" if turns else "N")
         for ending, word in (
             ("friction", "torque" if turns else "force"),

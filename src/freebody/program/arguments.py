@@ -35,7 +35,11 @@ def call_of(key: Any, arguments: Mapping[str, Any]) -> str:
 
 
 def checked(
-    model: Model, arguments: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any], key: Any = None
+    model: Model,
+    arguments: Mapping[str, ArrayLike],
+    t: ArrayLike,
+    parameters: Mapping[str, Any],
+    key: Any = None,
 ) -> tuple[dict[str, Array], Array, int | None]:
     """Return arrays, time and the number of states; None for one state without a leading axis.
 

@@ -297,10 +297,13 @@ WRONG = [
         lambda p: p.mass_matrix(AT_REST, [0, 1], b=1),
         r"nothing of 'cart' depends on time, got 2 numbers. The call is mass_matrix\(q, t\), with parameters by name",
     ),
-    (lambda p: p.bias({"x": 0}, AT_REST), r"got names. They stand in the order x, theta, phi. \[given\[name\] for name"),
+    (lambda p: p.bias({"x": 0}, AT_REST), r"in the order x, theta, phi. \[given\[name\] for name in"),
     (lambda p: p.bias({"thta": 0}, AT_REST), "'thta' is none of them; did you mean 'theta'"),
     (lambda p: p.bias(AT_REST, ["a"]), "They stand in the order x', theta', phi'. The call is bias"),
-    (lambda p: p.forward_dynamics(AT_REST, AT_REST, tau=1), "Unknown parameter 'tau'.* forward_dynamics are forces=."),
+    (
+        lambda p: p.forward_dynamics(AT_REST, AT_REST, tau=1),
+        "Unknown parameter 'tau'.* forward_dynamics are forces=.",
+    ),
     (lambda p: p.forward_dynamics(AT_REST, [0]), r"The call is forward_dynamics\(q, u, t, forces=\)"),
     (lambda p: p.jacobian(AT_REST), r"Expected jacobian\(point, q, t, values, named\): missing .*'q'"),
     (

@@ -13,7 +13,7 @@ from ..part import add
 from .bearing_friction import BearingFriction
 from .gap import Gap
 from .joint_friction import JointFriction
-from .turn import ShiftFriction, TurnFriction, is_ball
+from .turn import ShiftFriction, TurnFriction, is_ball, is_free
 
 
 def friction(
@@ -81,7 +81,7 @@ def friction(
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")
     if is_ball(joint, coordinate):
-        free = joint.type == "free"
+        free = is_free(joint)
         bounds = [bound for bound in (torque, force if free else None) if bound is not None]
         others = (coefficient, radius, length, *(() if free else (force,)))
         if len(bounds) != 1 or any(other is not None for other in others):
@@ -89,7 +89,11 @@ def friction(
                 f"Expected torque= {'or force= ' if free else ''}alone for {title}, since {joint.type} joint "
                 f"'{joint.name}' turns about all axes: its friction resists the turn about each of the child's joint "
                 f"axes up to that torque"
-                + (", another one its displacement along each of the parent's up to a force." if free else ".")
+                + (
+                    ", another one its displacement along each of the parent's up to a force."
+                    if free
+                    else "."
+                )
             )
         kind = TurnFriction if force is None else ShiftFriction
         return add(system, name, kind(joint, friction=bounds[0], static_friction=static))

@@ -42,6 +42,11 @@ def is_ball(joint: Any, index: Any) -> bool:
     return isinstance(index, int) and index in motions and motions[index].quaternion >= 0
 
 
+def is_free(joint: Joint) -> bool:
+    """Return True if a joint leaves all turns and displacements free."""
+    return any(motion.quaternion >= 0 and motion.slides for motion in joint.primitives)
+
+
 class _Turn(Gap):
     """What stop and friction of a ball have in common."""
 
@@ -149,7 +154,7 @@ class ShiftFriction(Gap, kind="shift_friction"):
 
     def check(self) -> None:
         """Refuse a joint without displacements in all directions."""
-        if self.joint.type != "free":
+        if not is_free(self.joint):
             raise ModelError(
                 f"{self.heading} acts against the displacements of a free joint, but '{self.joint.name}' is a "
                 f"{self.joint.type}. s.friction(name, joint, force=) resists that of a slider."

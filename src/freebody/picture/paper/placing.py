@@ -159,14 +159,16 @@ class Placer:
             cost += 12.0 * self._weights[k] * inside(self.areas[k], centers)
         return cost
 
-    def _reached(self, points: Array) -> Array:
+    def _reached(self, points: Array) -> list[int]:
         """Return the numbers of the areas whose bounds meet those of points."""
         new = self.areas[len(self._bounds) :]
         if new:
             bounds = np.array([(area.min(axis=0), area.max(axis=0)) for area in new])
             self._bounds = np.concatenate([self._bounds, bounds])
         low, high = points.min(axis=0), points.max(axis=0)
-        return np.nonzero(((self._bounds[:, 0] <= high) & (self._bounds[:, 1] >= low)).all(axis=1))[0]
+        return np.nonzero(((self._bounds[:, 0] <= high) & (self._bounds[:, 1] >= low)).all(axis=1))[
+            0
+        ].tolist()
 
     def arrow(self, arrow: Arrow) -> None:
         """Add an arrow that has its place."""

@@ -6,9 +6,12 @@ is a + Ω ρ) needs
     F = m a + Ω h,    N = h × a + axial(Ω Σ),    axial(B)_i = B_kj - B_jk    (i, j, k in turn)
 
 about the origin. Masses on the axis of a hinge move alike with both of its bodies. Their m, h and Σ along the axis n,
-which are m, h·n and n·Σn of the link, are counted to the parent, so that three numbers of the link vanish: the ones that
-the base parameters of a robot do not have (Gautier and Khalil 1990). The forces along the joints stay; the wrenches that
-joints transmit do not, so reactions take the masses as they are.
+which are m, h·n and n·Σn of the link, are counted to the parent, so that three numbers of the link vanish, as base
+parameters of a robot do without them. The forces along the joints stay; the wrenches that joints transmit do not, so
+reactions take the masses as they are.
+
+Sources: M. Gautier, W. Khalil, Direct calculation of minimum set of inertial parameters of serial robots (1990);
+J. Y. S. Luh, M. W. Walker, R. P. C. Paul, On-line computational scheme for mechanical manipulators (1980).
 """
 
 from __future__ import annotations
@@ -34,7 +37,7 @@ def is_bare(links: Sequence[Link], i: int, axis: int) -> bool:
     """
     parent = links[i].parent
     heavy = parent == GROUND or links[parent].mass != 0 or links[parent].body is not None
-    return links[i].kind == "hinge" and axis >= 0 and heavy
+    return links[i].turns_only and axis >= 0 and heavy
 
 
 def counted(
@@ -100,5 +103,3 @@ def accelerated(
     alpha = add(add(apply_transpose(R, alpha_P), cross(w_in, turn)), rate[0])
     a = add(apply_transpose(R, add(a_P, apply(B_P, r))), add(cross(add(w_in, w), shift), rate[1]))
     return (alpha, a, w, turning(w, alpha))
-
-

@@ -290,7 +290,9 @@ def compiled_step(
     writes = tuple(len(STEPS[name][1]) for name in written)
     form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
     compiled = compile_tape(tape, functions, None, state, constants, form=form)
-    return Step(compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn))
+    return Step(
+        compiled, turn + next(len(values) for _, start, values in recorded["outward"] if start == turn)
+    )
 
 
 Written = list[tuple[str, int, list[Scalar]]]
@@ -385,10 +387,10 @@ def _recorded(
     # carried, transmitted
     x = read["above"]
     motion_above = (_vector(x), _vector(x[3:6]), _vector(x[6:9]), _matrix(x[9:]))
-    rate: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
+    change: Spatial = (ZERO, ZERO) if S is None else times(joint[1], S)
     if kind.own:
-        rate = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
-    motion_given = link_masses.accelerated(R, r, vJ, rate, motion_above)
+        change = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
+    motion_given = link_masses.accelerated(R, r, vJ, change, motion_above)
     mass = link_masses.of(constants[OWN:], kind.bare)
     needed = (ZERO, ZERO) if kind.massless else link_masses.needed(mass, motion_given[3], motion_given[1])
     F = plus(_spatial(record[needed_at:]), _spatial(tips))

@@ -38,8 +38,8 @@ from ...space.spatial import minus
 from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
 from . import link_moves, link_step
-from .link_places import accelerations, sums
 from .link_masses import is_bare
+from .link_places import accelerations, sums
 from .link_step import Step, compiled_step, kind_of, normal_of
 
 OF_Q = ("potential_energy", "postures", "jacobian", "mass_matrix")
@@ -340,12 +340,12 @@ class Parts:
             if self.mode == "reactions":
                 self.outputs["multipliers"] = []  # a tree has none
             return
-        *accelerations, work = placed["finish"]
+        *accelerations, work, pushed = placed["finish"]
         coordinate_rates = self._coordinate_rates(state)
         self.outputs = {
             "rates": [*coordinate_rates, *accelerations, *([work] if self.works else [])],
             "accelerations": accelerations,
-            "moving": [*coordinate_rates, work],
+            "moving": [*coordinate_rates, pushed],
             "link_poses": [
                 self.at(i, k)
                 for i in range(len(model.links))
@@ -379,7 +379,7 @@ class Parts:
             self.outputs = {"accelerations": accelerations}
 
     def _accelerations(self, state: State, loads: Loading, power: Scalar, fetch: Any) -> list[Scalar]:
-        """u' and the power, from the results of the loops in the records."""
+        """u', the power, and that of loads alone, from the results of the loops in the records."""
         model = self.model
         second, free, driven = {}, {}, {}
         for i, link in enumerate(model.links):
@@ -393,11 +393,11 @@ class Parts:
                     second[i] = rates[0]
                 else:
                     free.update({link.u + k: rate for k, rate in enumerate(rates)})
-        udot = accelerations_of_coordinates(model, state, second, free)
+        udot, pushed = accelerations_of_coordinates(model, state, second, free), power
         for i, force in driven.items():
             power = power + (force - loads.along.get(i, 0)) * state(model.links[i].drift)
         self.works = not (isinstance(power, int) and power == 0)
-        return [*udot, power]
+        return [*udot, power, pushed]
 
     def _forces(
         self, state: State, loads: Loading, joints: Sequence[Sequence[Scalar]], fetch: Any

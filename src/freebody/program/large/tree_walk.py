@@ -165,7 +165,11 @@ def transmitted(S: Row, c: Reals, tree: Tree) -> None:
     """Wrenches that give these accelerations, tips first."""
     for i in range(tree.links - 1, -1, -1):
         link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
-        passed, tips, second = shifted(S, tree.passed[i]), shifted(S, tree.tips[i]), shifted(S, tree.second[i])
+        passed, tips, second = (
+            shifted(S, tree.passed[i]),
+            shifted(S, tree.tips[i]),
+            shifted(S, tree.second[i]),
+        )
         transmitted_step(tree.transmitted[i], S, link, constants, passed, tips, second)
         if tree.added[i] >= 0:
             add(shifted(S, tree.added[i]), passed, 6)

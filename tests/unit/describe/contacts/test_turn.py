@@ -154,7 +154,9 @@ def test_a_free_joint_has_friction_of_turns_or_of_displacements() -> None:
     s = fb.System("stone")
     air = s.free("air", s.ground, s.body("stone", fb.sphere(1, 0.1)))
     for data in ({}, {"force": 1, "torque": 1}, {"force": 1, "coefficient": 1}):
-        with pytest.raises(ModelError, match="Expected torque= or force= alone for friction 'x', since free joint"):
+        with pytest.raises(
+            ModelError, match="Expected torque= or force= alone for friction 'x', since free joint"
+        ):
             s.friction("x", air, **data)
     with pytest.raises(ModelError, match="displacements of a free joint, but 'pin' is a ball"):
         system = pendulum("ball")

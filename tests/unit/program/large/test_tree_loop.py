@@ -11,6 +11,7 @@ import pytest
 import freebody as fb
 from freebody import dynamics
 from freebody.dynamics.kinematics import angular_velocity, point_velocity
+from freebody.dynamics.loads.loading import load_power
 from freebody.dynamics.motion import all_reactions, motion, total_power
 from freebody.dynamics.newton_euler import reactions
 from freebody.program.arguments import place_of
@@ -428,6 +429,17 @@ def test_welded_bodies_have_no_state(small):
     assert program.mass_matrix([]).shape == (0, 0)
     assert program.forward_dynamics(np.zeros((9, 0)), np.zeros((9, 0))).shape == (9, 0)
     assert fb.simulate(s, 1, method="radau").states.shape[1] == 0
+
+
+def test_the_power_of_loads_needs_no_accelerations():
+    """Of a machine with driven joints, whose forces are not known without them."""
+    model = fb.assemble(random_system(0, bodies=7, driven=True))
+    looped = LoopedSet(model, "motion")
+    q, u = random_state(model, 3)
+    found = looped["moving"](0.3, np.array([*q, *u]), looped.constants(np.zeros(0)))
+    assert found[-1] == pytest.approx(
+        float(load_power(model, dynamics.float_state(model, q, u, 0.3))), rel=1e-12
+    )
 
 
 MODES = {
