@@ -105,9 +105,7 @@ def solve(case: Case) -> Solved:
     checks = (same("M against the simulation", moment.value, felt, 1000 * case.tolerance),)
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, "psi", title="Turboprop: heading")),
-        "propeller.png": saved(
-            lambda: moments(trajectory, "P", "Turboprop: moment on the propeller")
-        ),
+        "propeller.png": saved(lambda: moments(trajectory, "P", "Turboprop: moment on the propeller")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
     return Solved(trajectory, answers, plots, checks)
