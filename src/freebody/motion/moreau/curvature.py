@@ -17,10 +17,12 @@ of v⁻ above a alternates for ever by v⁺ = -v⁻; by the law of a it is gone 
 gap changes by O(h³) in a step, and the correction closes it.
 
 A contact that lands or rebounds, and the friction of one that slipped, have a = 0. One that has stayed for a single
-step has no T₋, and T for it; one that begins closed has for v₋ the rate at the start, half a step before. A turn that
-opens no more than `CLOSED_GAP` in a step is none. Where more contacts stick than a body has speeds, no motion has all
-of their v⁺ = -a, and what is left would drive stresses between them to the limits of friction. What such a contact
-does is less than N `CLOSED_GAP` in a step.
+step has no T₋, and T for it; one that begins closed has for v₋ the rate at the start, half a step before.
+
+Where more contacts stick than a body has speeds, no motion has all of their v⁺ = -a, and what is left would drive
+stresses between them to the limits of friction. So a = 0 where two bodies touch in several contacts, as the feet of a
+table: such contacts do work of first order in h. So it is of a turn that opens no more than `CLOSED_GAP` in a step:
+such a contact does less than N `CLOSED_GAP` of work.
 
 v⁺ = -v⁻ is the midpoint rule of a condition that holds at the ends of steps: O. Gonzalez, Comput. Methods Appl. Mech.
 Engrg. 174 (1999) 165-174.
@@ -29,6 +31,7 @@ Engrg. 174 (1999) 165-174.
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, inlined, root
+from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, NORMAL, SECOND
 from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Contacts, Run
 
@@ -57,10 +60,31 @@ def set_turns(run: Run) -> None:
                 contacts.turn[k] = greater(contacts.turn[k], contacts.before[k])
             whole += contacts.turn[k] * contacts.turn[k]
         for k in range(a, a + size):
-            if run.h * root(whole) <= CLOSED_GAP:
+            if run.h * root(whole) <= CLOSED_GAP or touches_twice(run, a) == 1:
                 contacts.turn[k] = 0.0
             elif kind != NORMAL and work > 0.0:
                 contacts.turn[k] = contacts.before[k]
+
+
+@compiled
+def touches_twice(run: Run, a: int) -> int:
+    """Return 1 if another contact of the problem joins the blocks of row ``a``."""
+    problem, blocks = run.problem, run.problem.blocks
+    normal = a if problem.kinds[a] == NORMAL else bound(problem, a)
+    first, count = blocks.first[problem.rows[a]], blocks.first[problem.rows[a] + 1]
+    for k in range(problem.count):
+        start = blocks.first[problem.rows[k]]
+        if (
+            problem.kinds[k] == NORMAL
+            and k != normal
+            and blocks.first[problem.rows[k] + 1] - start == count - first
+        ):
+            alike = 1
+            for p in range(count - first):
+                alike = alike if blocks.pieces[first + p] == blocks.pieces[start + p] else 0
+            if alike == 1:
+                return 1
+    return 0
 
 
 @inlined
