@@ -237,13 +237,13 @@ def slow(*seeds):
 
 # refused before: features that change back by round-off as faces meet (13, 65, 68), cones reached again and again
 # by noise of the directions of slow slips (140; 33, 139), an impact that is solved to 1.3e-10 of the speeds only (12);
-# friction of a fixed direction where open forces hold a body at rest: chatter (235, 312, 334, 530, 576) and a ledger of
+# friction of a fixed direction where open forces hold a body at rest: chatter (235, 312, 530, 576) and a ledger of
 # 2e-5 J (516); an open gap that closes by its round-off (252); the side of a steep crossing (600); zeros that only the
 # dense output has (257); a place of a patch that a step of the speeds passes (377, 1062); modes of a rest that ended,
 # whose states between the steps were not finite (1076); slips that a straight step turns (1129)
 @pytest.mark.parametrize(
     "seed",
-    [13, 65, 68, 140, 516, 600, *slow(12, 33, 139, 235, 252, 257, 312, 334, 377, 530, 576, 1062, 1076, 1129)],
+    [13, 65, 68, 140, 516, 600, *slow(12, 33, 139, 235, 252, 257, 312, 377, 530, 576, 1062, 1076, 1129)],
 )
 def test_a_box_thrown_on_a_box_by_events(seed):
     s, start = thrown_on_a_box(seed)
