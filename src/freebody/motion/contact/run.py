@@ -251,10 +251,12 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     if why == event_run.TOO_MANY:
         shut = [(name, KINDS[mode]) for name, mode in zip(work.names, it.mode, strict=True) if mode != OPEN]
         states = ", ".join(f"{name}: {mode}" for name, mode in shut) or "all open"
+        on = [k for k, c in enumerate(work.model.contacts) if c.stands and abs(it.gap[k]) < it.near]
         return SimulationError(
             f"Contacts of '{model}' change their modes again and again at t = {t:.9g} s ({states}), {it.phases} phases "
             f"so far. Impacts that end in a finite time only together (restitution of several contacts at once; a coin "
             f"that comes to lie flat on its two edges) do this: method='timestepping' with step= goes through them."
+            f"{flat(work, on)}"
         )
     if why == event_run.MIXED:
         return SimulationError(

@@ -32,7 +32,8 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, inlined, root
 from ..cones.cone import bound
-from ..cones.contact_problem import FIRST, NORMAL, SECOND
+from ..cones.contact_problem import FIRST, NORMAL, SECOND, Blocks, ContactProblem
+from ..cones.islands import Islands, connect
 from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Contacts, Run
 
 
@@ -45,9 +46,9 @@ def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
 
 
 @compiled
-def set_turns(run: Run) -> None:
+def set_turns(run: Run, islands: Islands) -> None:
     """Set a of all rows, of which `turned` is known and X has been computed."""
-    contacts, problem = run.contacts, run.problem
+    contacts, problem, listed = run.contacts, run.problem, 0
     for a in range(problem.count):
         kind, size = problem.kinds[a], 2 if problem.kinds[a] == FIRST else 1
         if contacts.stays[a] == OPENS or kind == SECOND:
@@ -59,32 +60,48 @@ def set_turns(run: Run) -> None:
             if kind == NORMAL:
                 contacts.turn[k] = greater(contacts.turn[k], contacts.before[k])
             whole += contacts.turn[k] * contacts.turn[k]
+        flat = 1 if run.h * root(whole) <= CLOSED_GAP else 0
+        if flat == 0 and listed == 0:
+            connect(problem, islands)
+            listed = 1
+        if flat == 0:
+            flat = touches_twice(problem, islands, a)
         for k in range(a, a + size):
-            if run.h * root(whole) <= CLOSED_GAP or touches_twice(run, a) == 1:
+            if flat == 1:
                 contacts.turn[k] = 0.0
             elif kind != NORMAL and work > 0.0:
                 contacts.turn[k] = contacts.before[k]
 
 
 @compiled
-def touches_twice(run: Run, a: int) -> int:
-    """Return 1 if another contact of the problem joins the blocks of row ``a``."""
-    problem, blocks = run.problem, run.problem.blocks
+def touches_twice(problem: ContactProblem, islands: Islands, a: int) -> int:
+    """Return 1 if another contact joins the blocks of row ``a``: one of those of the block with the fewest rows."""
+    blocks, rows, at = problem.blocks, problem.rows, islands.at
     normal = a if problem.kinds[a] == NORMAL else bound(problem, a)
-    first, count = blocks.first[problem.rows[a]], blocks.first[problem.rows[a] + 1]
-    for k in range(problem.count):
-        start = blocks.first[problem.rows[k]]
-        if (
-            problem.kinds[k] == NORMAL
-            and k != normal
-            and blocks.first[problem.rows[k] + 1] - start == count - first
-        ):
-            alike = 1
-            for p in range(count - first):
-                alike = alike if blocks.pieces[first + p] == blocks.pieces[start + p] else 0
-            if alike == 1:
-                return 1
+    first, end = blocks.first[rows[a]], blocks.first[rows[a] + 1]
+    if first == end:
+        return 0
+    b = blocks.pieces[first]
+    for p in range(first + 1, end):
+        if at[blocks.pieces[p] + 1] - at[blocks.pieces[p]] < at[b + 1] - at[b]:
+            b = blocks.pieces[p]
+    for i in range(at[b], at[b + 1]):
+        k = islands.touching[i]
+        if problem.kinds[k] == NORMAL and k != normal and joins_alike(blocks, rows[k], rows[a]) == 1:
+            return 1
     return 0
+
+
+@compiled
+def joins_alike(blocks: Blocks, r: int, s: int) -> int:
+    """Return 1 if two rows have the same blocks, else 0."""
+    first, other, count = blocks.first[r], blocks.first[s], blocks.first[r + 1] - blocks.first[r]
+    alike = 1 if blocks.first[s + 1] - other == count else 0
+    p = 0
+    while alike == 1 and p < count:
+        alike = 1 if blocks.pieces[first + p] == blocks.pieces[other + p] else 0
+        p += 1
+    return alike
 
 
 @inlined

@@ -80,7 +80,7 @@ def march(run: Run, islands: Islands) -> int:
     run.done, run.failure, run.logged = 0, NONE, 0
     while run.done < run.steps and run.failure == NONE and room_left(run) == 1 and run.problem.stop == 0:
         t = run.t + run.done * run.h
-        run.failure = midpoint(run, t)  # 1: q_M = q + h/2 q'(q, u)
+        run.failure = midpoint(run, islands, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
             run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
         if run.failure == NONE:
@@ -98,7 +98,7 @@ def march(run: Run, islands: Islands) -> int:
 
 
 @compiled
-def midpoint(run: Run, t: float) -> int:
+def midpoint(run: Run, islands: Islands, t: float) -> int:
     """Set M, f, W, G at q_M = q + h/2 q'(q, u), and the contacts that are closed there; return a failure or NONE."""
     machine, y, z = run.machine, run.y, run.z
     machine.moving(t, y, machine.c, run.first_rate)
@@ -125,7 +125,7 @@ def midpoint(run: Run, t: float) -> int:
     adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
-    set_turns(run)
+    set_turns(run, islands)
     return NONE
 
 
