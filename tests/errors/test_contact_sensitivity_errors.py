@@ -6,8 +6,9 @@ import pytest
 
 import freebody as fb
 from contact_machines import pulled_disk
-from freebody.errors import NoDerivativesError, SimulationError
+from freebody.errors import SimulationError
 from freebody.motion.contact.derivatives import _Following
+from freebody.motion.contact.slopes import NoDerivativesError
 from freebody.motion.phase.scene import LIMIT
 
 G = 9.81

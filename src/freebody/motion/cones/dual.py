@@ -1,8 +1,8 @@
 """Goldfarb and Idnani's dual method for a contact problem without friction.
 
-It is the least displacement that meets b + W v >= 0, a strictly convex problem of v. The method begins with v = 0 and
-takes in conditions that are violated most, again and again: the impulses x that hold the ones taken so far stay
-positive, and one that would become negative is let go. It ends after finitely many steps, also where rows depend on
+It is the least displacement that meets b + W v >= 0, a strictly convex problem of v; contacts that may pull to x = low
+have their pull from the beginning. The method begins with x = low and takes in conditions that are violated most, again
+and again: the impulses that hold the ones taken so far stay above low, and one that would fall below is let go. It ends after finitely many steps, also where rows depend on
 each other.
 
 Source: D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
@@ -25,9 +25,9 @@ NEARLY = 0.5
 
 @compiled
 def is_bare(problem: ContactProblem) -> int:
-    """Return 1 if all rows are normals that press from zero on."""
+    """Return 1 if all rows are normals, that press from zero or from a pull on."""
     for a in range(problem.count):
-        if problem.kinds[a] != NORMAL or problem.low[a] != 0.0:
+        if problem.kinds[a] != NORMAL or problem.low[a] > 0.0:
             return 0
     return 1
 
@@ -35,12 +35,13 @@ def is_bare(problem: ContactProblem) -> int:
 @hot
 @compiled
 def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
-    """Set x to the solution of a problem without friction from zero, by the dual method; return its residual."""
+    """Set x to the solution of a problem without friction from ``low``, by the dual method; return its residual."""
     m, n, r, place, small = problem.count, 0, problem.r, dense.place, 0.5 * goal * problem.reference
     for a in range(m):
-        problem.x[a], place[a] = 0.0, -1
+        problem.x[a], place[a] = problem.low[a], -1
+    add_all(problem)
     for k in range(problem.blocks.n):
-        problem.v[k], dense.w[k] = 0.0, 0.0
+        dense.w[k] = 0.0
     for _ in range(CHANGES * m):
         worst = -small
         for a in range(m):
@@ -84,7 +85,7 @@ def beside(problem: ContactProblem, dense: Dense, p: int, n: int) -> float:
 @compiled
 def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
     """Take in condition p beside the n that are held; return the new number, or -1 where none can be let go."""
-    m, U, d, x, among = problem.count, dense.U, dense.entries, problem.x, dense.among
+    m, U, d, x, low, among = problem.count, dense.U, dense.entries, problem.x, problem.low, dense.among
     blocks, rows, v = problem.blocks, problem.rows, problem.v
     while True:
         rest = beside(problem, dense, p, n)
@@ -95,8 +96,8 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
         if rest > DEPENDENT * problem.scale[p]:
             far = -(problem.b[p] + along(blocks, rows[p], problem.W, v)) / rest
         for i in range(n):
-            if d[i] > 0.0 and x[among[i]] < far * d[i]:
-                far, freed = x[among[i]] / d[i], i
+            if d[i] > 0.0 and x[among[i]] - low[among[i]] < far * d[i]:
+                far, freed = (x[among[i]] - low[among[i]]) / d[i], i
         if not math.isfinite(far):
             return -1
         x[p] += far
@@ -116,7 +117,7 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
 def let_go(problem: ContactProblem, dense: Dense, freed: int, n: int) -> int:
     """Let one of n conditions go, and its column of U: rotations of two rows make the rest a triangle again."""
     m, U, among = problem.count, dense.U, dense.among
-    problem.x[among[freed]] = 0.0
+    problem.x[among[freed]] = problem.low[among[freed]]
     dense.place[among[freed]] = -1
     for j in range(freed, n - 1):
         among[j] = among[j + 1]

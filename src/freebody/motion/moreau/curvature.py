@@ -48,7 +48,7 @@ def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
 @compiled
 def set_turns(run: Run, islands: Islands) -> None:
     """Set a of all rows, of which `turned` is known and X has been computed."""
-    contacts, problem, listed = run.contacts, run.problem, 0
+    contacts, problem, listed, of, twice = run.contacts, run.problem, 0, -1, 0
     for a in range(problem.count):
         kind, size = problem.kinds[a], 2 if problem.kinds[a] == FIRST else 1
         if contacts.stays[a] == OPENS or kind == SECOND:
@@ -60,12 +60,14 @@ def set_turns(run: Run, islands: Islands) -> None:
             if kind == NORMAL:
                 contacts.turn[k] = greater(contacts.turn[k], contacts.before[k])
             whole += contacts.turn[k] * contacts.turn[k]
-        flat = 1 if run.h * root(whole) <= CLOSED_GAP else 0
-        if flat == 0 and listed == 0:
-            connect(problem, islands)
-            listed = 1
-        if flat == 0:
-            flat = touches_twice(problem, islands, a)
+        flat, normal = 1, a if kind == NORMAL else bound(problem, a)
+        if run.h * root(whole) > CLOSED_GAP:
+            if listed == 0:
+                connect(problem, islands)
+                listed = 1
+            if normal != of:
+                of, twice = normal, touches_twice(problem, islands, normal)
+            flat = twice
         for k in range(a, a + size):
             if flat == 1:
                 contacts.turn[k] = 0.0
@@ -75,9 +77,8 @@ def set_turns(run: Run, islands: Islands) -> None:
 
 @compiled
 def touches_twice(problem: ContactProblem, islands: Islands, a: int) -> int:
-    """Return 1 if another contact joins the blocks of row ``a``: one of those of the block with the fewest rows."""
+    """Return 1 if another contact joins the blocks of a normal row: one of those of the block with the fewest rows."""
     blocks, rows, at = problem.blocks, problem.rows, islands.at
-    normal = a if problem.kinds[a] == NORMAL else bound(problem, a)
     first, end = blocks.first[rows[a]], blocks.first[rows[a] + 1]
     if first == end:
         return 0
@@ -87,7 +88,7 @@ def touches_twice(problem: ContactProblem, islands: Islands, a: int) -> int:
             b = blocks.pieces[p]
     for i in range(at[b], at[b + 1]):
         k = islands.touching[i]
-        if problem.kinds[k] == NORMAL and k != normal and joins_alike(blocks, rows[k], rows[a]) == 1:
+        if problem.kinds[k] == NORMAL and k != a and joins_alike(blocks, rows[k], rows[a]) == 1:
             return 1
     return 0
 

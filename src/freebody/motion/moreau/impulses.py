@@ -9,7 +9,7 @@ from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
-FEW, MORE = 8, 40
+FEW, MORE = 16, 40
 """Sweeps before the first and the second turn of Newton's method."""
 TURNS, ANEW = 8, 4
 """Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
