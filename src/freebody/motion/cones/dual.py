@@ -2,8 +2,8 @@
 
 It is the least displacement that meets b + W v >= 0, a strictly convex problem of v; contacts that may pull to x = low
 have their pull from the beginning. The method begins with x = low and takes in conditions that are violated most, again
-and again: the impulses that hold the ones taken so far stay above low, and one that would fall below is let go. It ends after finitely many steps, also where rows depend on
-each other.
+and again: the impulses that hold the ones taken so far stay above low, and one that would fall below is let go. It ends
+after finitely many steps, also where rows depend on each other.
 
 Source: D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
 """
