@@ -373,7 +373,7 @@ def test_torques_that_hold_a_robot_stand_beside_its_joints(tmp_path):
     program = fb.compile(live.case.system)
     forces = program.inverse_dynamics([0.7, -0.4, 0.0], [0.0] * 3, [0.0] * 3, values={"u_drive": 0.5})
     assert shown[1:4] == [
-        f"{of} ({float(f'{x:.3g}'):g} {unit})"
+        f"{of} {float(f'{x:.3g}'):g} {unit}"
         for x, of, unit in zip(forces, ("rad", "rad", "m"), ("N m", "N m", "N"), strict=True)
     ]
 

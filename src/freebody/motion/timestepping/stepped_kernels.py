@@ -6,7 +6,7 @@ Speeds coupled by the mass matrix or a constraint form a block; a row of W is st
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...dynamics import State, coordinate_rates, mass_matrix
 from ...dynamics.bearing_loads import bearing_loads
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.contact import contact_rows, given_normal_force, touch, touches
+from ...dynamics.contact_geometry import Touch
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.kinematics import Spot
@@ -154,7 +155,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
 
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given, conditions = contact_rows(model, state), linearized(model, state)
-        reaches = [one.reach for one in touches(model, state)]
+        reaches = [one.reach for one in _touches(model, state)]
         M, W, G = mass_matrix(model, state), list(given.matrix), [conditions.matrix[i] for i in held]
         f, gap, rate = [-x for x in bias(model, state)], list(given.gap), list(given.rate)
         rate, W = _stretched(model, state, rate), _stretched(model, state, W)
@@ -218,12 +219,24 @@ def _given(model: Model, state: State, contact: Contact) -> Any:
     return deep * state.field.apply("max", N, 0)
 
 
+def _touches(model: Model, state: State) -> list[Touch]:
+    """Return the geometry of the contacts. A point on which a disk stands that lies flat touches at any tilt.
+
+    By events it gives way to the edge, beside which it has nothing to hold. A step goes on beyond the lowest point of
+    the edge, which runs round ever faster as the disk lies down, and what it leaves then is held by the others.
+    """
+    return [
+        replace(one, reach=()) if contact.stands else one
+        for one, contact in zip(touches(model, state), model.contacts, strict=True)
+    ]
+
+
 def gaps(kernels: Kernels) -> Program:
     """Return the functions ``gap`` (E), ``reach`` (two of each contact, 1 where it has none) and ``rate`` (m)."""
 
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given = contact_rows(kernels.model, state)
-        reaches = [x for one in touches(kernels.model, state) for x in one.both_reaches]
+        reaches = [x for one in _touches(kernels.model, state) for x in one.both_reaches]
         return {"gap": list(given.gap), "reach": reaches, "rate": list(given.rate)}
 
     return kernels.program("gaps", functions)

@@ -65,7 +65,7 @@ function sliders(root, list, length, symbols, moved) {
         place.tail.title = "";
         if (!least) return place.tail.replaceChildren(place.unit);
         const force = `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
-        place.tail.replaceChildren(place.unit);
+        place.tail.replaceChildren(place.unit, " ");
         element("small", {}, place.tail, force);
         place.tail.title = `${force} holds the machine at rest with this ${name}`;
       });
