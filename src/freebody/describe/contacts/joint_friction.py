@@ -15,28 +15,35 @@ from ..loads.displacement import check_displacement
 from .gap import Gap
 
 
-class JointFriction(Gap, kind="joint_friction"):
+class DryFriction(Gap):
+    """Friction that no force of the machine presses: it is closed always."""
+
+    joint: Joint
+
+    noun = "friction"
+    held = True
+
+    def gap(self, at: Any) -> Scalar:
+        """Return 0."""
+        return 0
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield nothing."""
+        yield from ()
+
+
+class JointFriction(DryFriction, kind="joint_friction"):
     """Friction along a displacement of a joint, up to ``friction``, while it sticks up to ``static_friction``."""
 
     joint: Joint
     index: int = 0
 
-    noun = "friction"
     words = {"index": "coordinate"}
-    held = True
 
     def check(self) -> None:
         """Refuse a joint without such a displacement."""
         check_displacement(self.joint, self.index, self.title)
         super().check()
-
-    def gap(self, at: Any) -> Scalar:
-        """Return 0: it is closed always."""
-        return 0
-
-    def normal(self, at: Any) -> Iterator[Action]:
-        """Yield nothing: no force of the machine presses it."""
-        yield from ()
 
     def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
         """Return the force along the joint."""

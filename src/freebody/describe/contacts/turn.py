@@ -34,6 +34,7 @@ from ..loads.action import Action, PointForce
 from ..loads.torsion import against, check_turn, numbers, turned, vector_of
 from ..part import Constant
 from .gap import Gap
+from .joint_friction import DryFriction
 
 
 def is_ball(joint: Any, index: Any) -> bool:
@@ -105,27 +106,24 @@ class TurnStop(_Turn, kind="turn_stop"):
         return turned(at, self.joint, numbers(at, self.joint.parent_axes))
 
 
-class TurnFriction(_Turn, kind="turn_friction"):
-    """Friction of a ball or free joint about each of the child's joint axes, up to ``friction``."""
+class _AxisFriction(DryFriction):
+    """What friction about the axes of a joint, and along them, have in common; an element has one ``axis``."""
 
     joint: Joint
     axis: int = -1
 
-    noun = "friction"
-    held = True
-
     @property
     def elements(self) -> Sequence[tuple[str, Gap]]:
-        """The friction about each axis."""
+        """The friction of each axis."""
         return [(letter, replace(self, axis=k)) for k, letter in enumerate("xyz")]
 
-    def gap(self, at: Any) -> Scalar:
-        """Return 0: it is closed always."""
-        return 0
+    def _along(self, at: Any, axes: Any, body: Any) -> FieldVector:
+        """Return the axis, in ground axes, of joint axes that are fixed in a body."""
+        return at.vector(FieldVector(at.field, apply(numbers(at, axes), IDENTITY[self.axis])), body)
 
-    def normal(self, at: Any) -> Iterator[Action]:
-        """Yield nothing: no force of the machine presses it."""
-        yield from ()
+
+class TurnFriction(_Turn, _AxisFriction, kind="turn_friction"):
+    """Friction of a ball or free joint about each of the child's joint axes, up to ``friction``."""
 
     def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
         """Return the moment about the axis."""
@@ -138,18 +136,12 @@ class TurnFriction(_Turn, kind="turn_friction"):
 
     def _unit(self, at: Any) -> FieldVector:
         """Return the axis, in ground axes."""
-        unit = apply(numbers(at, self.joint.child_axes), IDENTITY[self.axis])
-        return at.vector(FieldVector(at.field, unit), self.joint.child)
+        return self._along(at, self.joint.child_axes, self.joint.child)
 
 
-class ShiftFriction(Gap, kind="shift_friction"):
+class ShiftFriction(_AxisFriction, kind="shift_friction"):
     """Friction of a free joint along each of the parent's joint axes, up to ``friction``."""
 
-    joint: Joint
-    axis: int = -1
-
-    noun = "friction"
-    held = True
     on_joint: ClassVar[str] = "free"
 
     def check(self) -> None:
@@ -165,19 +157,6 @@ class ShiftFriction(Gap, kind="shift_friction"):
     def turns(self) -> bool:
         """False: what acts are forces."""
         return False
-
-    @property
-    def elements(self) -> Sequence[tuple[str, Gap]]:
-        """The friction along each axis."""
-        return [(letter, replace(self, axis=k)) for k, letter in enumerate("xyz")]
-
-    def gap(self, at: Any) -> Scalar:
-        """Return 0: it is closed always."""
-        return 0
-
-    def normal(self, at: Any) -> Iterator[Action]:
-        """Yield nothing: no force of the machine presses it."""
-        yield from ()
 
     def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
         """Return the force along the axis, at the child's point, and its opposite on the parent."""
@@ -197,5 +176,4 @@ class ShiftFriction(Gap, kind="shift_friction"):
 
     def _unit(self, at: Any) -> FieldVector:
         """Return the axis, in ground axes."""
-        unit = apply(numbers(at, self.joint.parent_axes), IDENTITY[self.axis])
-        return at.vector(FieldVector(at.field, unit), self.joint.parent)
+        return self._along(at, self.joint.parent_axes, self.joint.parent)

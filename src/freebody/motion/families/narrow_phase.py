@@ -125,7 +125,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
 
 @compiled
 def place_in_past(pairs: Pairs, number: int) -> int:
-    """Return the place of the first point, among those that pressed in the last step, of a pair or behind it."""
+    """Return the place of the first point of a pair among those that pressed in the last step, -1 if there is none."""
     first, end = 0, pairs.known
     while first < end:
         middle = (first + end) // 2
@@ -133,14 +133,14 @@ def place_in_past(pairs: Pairs, number: int) -> int:
             first = middle + 1
         else:
             end = middle
-    return first
+    return first if first < pairs.known and pairs.past[first] // POINTS == number else -1
 
 
 @compiled
 def stays(pairs: Pairs, number: int) -> int:
     """Return how long a pair has stayed closed; not 0: until its force vanishes, also where surfaces curve away."""
     p = place_in_past(pairs, number)
-    return pairs.stays[p] if p < pairs.known and pairs.past[p] // POINTS == number else 0
+    return pairs.stays[p] if p >= 0 else 0
 
 
 @compiled

@@ -19,7 +19,7 @@ from ...scalar.trace import Tape, Traced
 from ..kernels.program import Program
 from ..kernels.switches import value_of
 from ..ode.dense_output import Array, Rates, Watch
-from .switch_slopes import SwitchingLaws, law_outputs, switching_laws
+from .switch_slopes import SwitchingLaws, law_outputs, laws_of, switching_laws
 from .variation import Functions, Variation
 
 
@@ -81,9 +81,8 @@ class SidedVariation(Variation):
 
     def laws(self, parameters: Array) -> SwitchingLaws:
         """Return the laws that switch, at values of the parameters and signs."""
-        program, model = self.program(), self.kernels.model
-        texts, moved = self.kernels.cache[self._texts], model.n_q + model.n_u
-        return SwitchingLaws(program, texts, program.constants(parameters), moved, len(self.unknowns))
+        program = self.program()  # it finds the texts
+        return laws_of(self, program, self.kernels.cache[self._texts], parameters)
 
     def at(self, parameters: Array, signs: Array, method: str) -> tuple[Array, Rates]:
         """Return parameters with signs, and the rates there."""

@@ -184,12 +184,17 @@ def _refused(laws: SwitchingLaws, law: int, t: float, what: str) -> SimulationEr
     )
 
 
+def laws_of(variation: Any, program: Program, texts: tuple[str, ...], parameters: Array) -> SwitchingLaws:
+    """Return the laws of a machine that switch, of which a program with its parameters tells."""
+    model = variation.kernels.model
+    constants, moved = program.constants(parameters), model.n_q + model.n_u
+    return SwitchingLaws(program, texts, constants, moved, len(variation.unknowns))
+
+
 def switching_laws(variation: Any, parameters: Array) -> SwitchingLaws | None:
     """Return the laws of a machine that switch; None if there are none."""
-    unknowns = len(variation.unknowns)
     found = variation.switches()
     if found is None:
         return None
     program, texts = found
-    model = variation.kernels.model
-    return SwitchingLaws(program, texts, program.constants(parameters), model.n_q + model.n_u, unknowns)
+    return laws_of(variation, program, texts, parameters)

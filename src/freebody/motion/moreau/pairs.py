@@ -66,8 +66,10 @@ def close_pairs(run: Run, friction: int) -> None:
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
             problem.low[count] = 0.0
-            if friction == 0 and stays(pairs, pairs.ids[c] // POINTS) > OPENS:
-                problem.low[count] = -run.h * pairs.impulses[place_in_past(pairs, pairs.ids[c] // POINTS), 0]
+            if friction == 0:
+                p = place_in_past(pairs, pairs.ids[c] // POINTS)
+                if p >= 0 and pairs.stays[p] > OPENS:
+                    problem.low[count] = -run.h * pairs.impulses[p, 0]
             count += 1
         row += 1 + tangents
     problem.count = count
@@ -104,9 +106,7 @@ def pressed(pairs: Pairs, c: int) -> int:
 
     Points of a patch have numbers that change with it.
     """
-    number = pairs.ids[c] // POINTS
-    p = place_in_past(pairs, number)
-    return 1 if p < pairs.known and pairs.past[p] // POINTS == number else 0
+    return 1 if place_in_past(pairs, pairs.ids[c] // POINTS) >= 0 else 0
 
 
 @compiled
@@ -126,7 +126,7 @@ def begin_pairs(run: Run) -> None:
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
-        last = pairs.last[p][2 * k :]
+        last = pairs.last[p if known else 0][2 * k :]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
 
 
