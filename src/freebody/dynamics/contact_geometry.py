@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from ..describe.contacts.normal_law import DEPTH, RATE
@@ -32,6 +31,7 @@ from ..scalar.algebra import (
     subtract,
 )
 from .kinematics import Spot, link_postures, place_of, point_velocity, rotation
+from .linear import is_always_zero
 from .state import State
 
 
@@ -69,7 +69,7 @@ class Touch:
     @property
     def undirected(self) -> bool:
         """True if the normal is 0 whatever the values: the shapes have a common centre or axis, and no direction."""
-        return all(isinstance(x, int | float | Fraction) and x == 0 for x in self.normal)
+        return all(is_always_zero(x) for x in self.normal)
 
 
 def touch_of_shapes(model: Model, state: State, contact: Contact) -> Touch:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
+from ...native.instructions import compiled, greater, lesser, root, run_by
 from ..cones.combinations import combinations, motions, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
@@ -24,7 +24,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import choose, copy, largest, look, product_of, pull
+from .moment import choose, copy, largest, look, pull, size_of
 from .setting import depends, listed, set_up
 
 ALIKE = 1e-9
@@ -355,12 +355,6 @@ def begin_to_leave(it: EventRun) -> int:
     copy(it.kept, it.y, it.n_y)
     look(it)
     return found
-
-
-@compiled
-def size_of(x: Reals, n: int) -> float:
-    """Return the length of a vector."""
-    return root(product_of(x, x, n))
 
 
 @compiled

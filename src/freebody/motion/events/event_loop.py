@@ -176,13 +176,14 @@ def decision(it: EventRun, contacts: Contacts) -> int:
 @compiled
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
+    set_up(it, contacts)
     if hold(it, contacts) != 0:
         if it.refuse != 0:
             return event_run.UNDECIDED
         # friction of a fixed direction would move the body, where open forces hold it
         if it.resting == 0 and decided_by_speeds(it, contacts, it.target - it.t) != 0:
             return RUNNING
-    set_up(it, contacts)
+        set_up(it, contacts)
     decides = forces_decide(it, contacts) if it.spare_count > 0 else 0
     if decides != 0 and it.refuse != 0:
         return event_run.OPEN_FORCES

@@ -88,6 +88,12 @@ def normal_speed(it: EventRun, k: int) -> float:
 
 
 @compiled
+def size_of(x: Reals, n: int) -> float:
+    """Return the length of a vector."""
+    return root(product_of(x, x, n))
+
+
+@compiled
 def slip_speed(it: EventRun, k: int) -> float:
     """Return the slip speed of a contact [m/s]."""
     square = 0.0

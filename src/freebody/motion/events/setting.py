@@ -203,6 +203,16 @@ def begins_slip(it: EventRun, k: int) -> int:
 
 
 @compiled
+def leaves_rest(it: EventRun, k: int) -> int:
+    """Return 1 if a slip of a contact, in space or along a line, begins at rest, else 0.
+
+    One along a line that the others hold in place (`find_dead`) does not begin.
+    """
+    along = (it.mode[k] == laws.SLIDE_ON or it.mode[k] == laws.SLIDE_BACK) and it.dead[k] == 0
+    return 1 if begins_slip(it, k) != 0 or (along and slip_speed(it, k) <= it.still) else 0
+
+
+@compiled
 def set_bands(it: EventRun) -> None:
     """Write the gaps at which contacts close."""
     phase = PhaseData(it.phase)

@@ -16,7 +16,7 @@ from .impulse_system import add_row, impelled
 from .impulses import move_speeds
 from .log import log_phase, log_state
 from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
-from .setting import begins_slip, project, set_up
+from .setting import begins_slip, leaves_rest, project, set_up
 
 UPSET = -2
 """Answer that a straight step would turn other slips."""
@@ -71,14 +71,14 @@ def hold(it: EventRun, contacts: Contacts) -> int:
     """
     weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
     for k in range(it.contacts):
-        if begins_slip(it, k) != 0 and slip_acceleration(it, k) <= weak:
+        if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
             if nudged(it, contacts, k) == 0:
                 it.mode[k], held = laws.LIMIT, 1
             else:
                 starts += 1
     if starts > 0 and nudged(it, contacts, -1) == 0:
         for k in range(it.contacts):
-            if begins_slip(it, k) != 0 and slip_acceleration(it, k) <= weak:
+            if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
                 it.mode[k], held = laws.LIMIT, 1
     return held
 
@@ -92,7 +92,7 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
     count = 0
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN:
-            begins = begins_slip(it, k)
+            begins = leaves_rest(it, k)
             goes = begins != 0 and (alone < 0 or alone == k)
             if it.held[k] == 0:
                 count = add_row(it, count, it.first[k], 0.0)

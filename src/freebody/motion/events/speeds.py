@@ -20,7 +20,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulses import gather
 from .jumps import forget_signs
-from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, slip_speed
+from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, size_of, slip_speed
 from .setting import normalise
 from .slips import log_leap
 
@@ -143,22 +143,24 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
     for i in range(it.count):
-        if contacts.presser[i] >= 0 or it.tangents[it.chosen[i]] == 1:
+        if contacts.presser[i] >= 0:
             return 0
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for i in range(it.count):
         k = it.chosen[i]
         if it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least:
-            r = contacts.after[contacts.at[i] + 1 :]
-            stays = slip_speed(it, k) <= it.still and r[0] * r[0] + r[1] * r[1] <= none * none
-            rests = it.tangents[k] == 2 and contacts.static[i] > 0.0 and stays
+            n = it.tangents[k]
+            stays = slip_speed(it, k) <= it.still and size_of(contacts.after[contacts.at[i] + 1 :], n) <= none
+            rests = n > 0 and contacts.static[i] > 0.0 and stays
             it.mode[k] = laws.STICK if rests else laws.SLIDE
             if it.mode[k] == laws.SLIDE and it.rough[k] != 0:
                 if is_smooth(it, k):
                     it.mode[k] = laws.SMOOTH
                 elif slip_speed(it, k) <= it.still:  # it begins, and has no direction yet
                     return 0
+                elif n == 1:
+                    it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
             found += 1 if rests else 0
     return 1 if found > 1 else 0
 

@@ -44,7 +44,7 @@ from ...dynamics.conditions.constrained import (
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.mobility import check_bodies
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
-from ...dynamics.linear import Selection, entries, is_zero
+from ...dynamics.linear import Selection, entries, is_always_zero
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
@@ -226,7 +226,7 @@ class Kernels:
         def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
             power = total_power(self.model, state, moving)
-            self._work = not is_zero(power)
+            self._work = not is_always_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
             outputs: dict[str, Sequence[Scalar]] = {

@@ -59,7 +59,7 @@ def set_motion(run: Run) -> None:
     for a in range(contacts.closed):
         force = problem.x[a] / run.h
         if problem.kinds[a] == NORMAL:
-            force -= contacts.adhesion[contacts.owner[a]]
+            force -= contacts.pull[contacts.owner[a]]
         motion[at + problem.rows[a]] = force
     for i in range(run.constraints):
         impulse = run.lam[i]

@@ -10,7 +10,19 @@ from ..families.faces import FAR
 from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
 from .pairs import begin_closed, close_pairs, lay_pairs
-from .stepping_record import BEGINS, CONSTRAINTS, FULL, MASS, NONE, OPENS, Contacts, Gaps, Machine, Run
+from .stepping_record import (
+    BEGINS,
+    CONSTRAINTS,
+    FULL,
+    LANDED,
+    MASS,
+    NONE,
+    OPENS,
+    Contacts,
+    Gaps,
+    Machine,
+    Run,
+)
 
 
 @compiled
@@ -87,11 +99,19 @@ def give(run: Run, N: Reals) -> None:
 
 @compiled
 def adhere(run: Run) -> None:
-    """Add the pulls -A of the closed contacts to the loads, and their power; N + A is what the cones have."""
+    """Add the pulls -A of the closed contacts to the loads, and their power; N + A is what the cones have.
+
+    The step after that of a landing takes a besides what turns the motion (`curvature`). That is none of the N that A
+    bounds.
+    """
     contacts, problem, blocks = run.contacts, run.problem, run.problem.blocks
     for a in range(contacts.closed):
-        A, r = contacts.adhesion[contacts.owner[a]], problem.rows[a]
+        e, r = contacts.owner[a], problem.rows[a]
+        A = contacts.adhesion[e]
         if A > 0.0 and problem.kinds[a] == NORMAL:
+            if contacts.stays[a] == LANDED and contacts.turn[a] > 0.0:
+                A += contacts.turn[a] / (problem.scale[a] * run.h)
+            contacts.pull[e] = A
             add(blocks, r, run.W, -A, run.pressed)
             run.pressing[0] -= A * run.rates[r]
 

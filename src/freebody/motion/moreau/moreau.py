@@ -56,7 +56,6 @@ from .stepping_record import (
     CLOSED_GAP,
     CONTACTS,
     JAMMED,
-    LANDED,
     LOADS,
     NONE,
     NOT_FINITE,
@@ -122,10 +121,10 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
-    adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
     set_turns(run, islands)
+    adhere(run)
     return NONE
 
 
@@ -320,7 +319,7 @@ def account(run: Run) -> None:
         run.impulses[k, r] = contacts.guess[r]
     for a in range(contacts.closed):
         if problem.kinds[a] == NORMAL:
-            run.impulses[k, problem.rows[a]] -= run.h * contacts.adhesion[contacts.owner[a]]
+            run.impulses[k, problem.rows[a]] -= run.h * contacts.pull[contacts.owner[a]]
     for i in range(run.machine.n):
         run.u_mean[i] = 0.5 * (run.u[i] + run.u_new[i])
     for i in range(run.constraints):
@@ -338,8 +337,6 @@ def stay(run: Run, a: int) -> None:
     """Keep how long the contact whose normal is row ``a``, which presses, has stayed closed and stuck."""
     contacts, e = run.contacts, run.contacts.owner[a]
     contacts.kept[e] = OPENS if contacts.held[e] != 0 else lasting(run, a)
-    if contacts.adhesion[e] > 0.0 and contacts.kept[e] == OPENS:
-        contacts.kept[e] = LANDED
     contacts.stuck[e] = sticking(run, a) if contacts.kept[e] != OPENS else OPENS
 
 

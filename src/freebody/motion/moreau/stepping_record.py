@@ -78,7 +78,7 @@ class Contacts(Record):
     ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
-    ``adhesion``      pull that each contact bears
+    ``adhesion``      pull that each contact bears, and ``pull``, that of the step (`adhere`)
     ``kept``          how long a contact has stayed closed (`curvature`): `OPENS`, or `BEGINS`, `LANDED`, `STAYED`. Its
                       gap is corrected to 0 from both sides; negative: it hangs, and stays open until the next step
     ``stuck``         how long it has stuck, too;  ``last``: v₋ and T₋ of each row
@@ -100,6 +100,7 @@ class Contacts(Record):
     restitution: Row
     held: Wholes
     adhesion: Row
+    pull: Row
     kept: Wholes
     stuck: Wholes
     last: Rows

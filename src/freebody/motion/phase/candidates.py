@@ -36,7 +36,7 @@ from ...dynamics.conditions.contact import (
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
-from ...dynamics.linear import Factorization, entries, is_zero
+from ...dynamics.linear import Factorization, entries, is_always_zero
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
@@ -265,7 +265,7 @@ class Candidates:
             return True
         tape = Tape()
         lam = [tape.input(f"multiplier {i}") for i in range(self.own)]
-        return not is_zero(constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0)
+        return not is_always_zero(constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0)
 
     @cached_property
     def moving(self) -> bool:
@@ -275,7 +275,7 @@ class Candidates:
         tape = Tape()
         state = traced_state(self.model, tape)
         still = State(self.model, tape, state.t, state.q, [0] * self.model.n_u, state.values)
-        return not all(is_zero(x) for x in contact_rows(self.model, still).rate)
+        return not all(is_always_zero(x) for x in contact_rows(self.model, still).rate)
 
     def bearings_of(self, state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
         """Return the output of :meth:`bearings`."""

@@ -13,8 +13,9 @@ compliance, in the range of the rows. With S = G M⁻¹ Kᵀ and Q = G M⁻¹ G�
 
     slip      λ = Qᵀ ν,   S Qᵀ ν = r           no slip    λ = W Qᵀ ν,   Q W Qᵀ ν = r,   r = -γ - G M⁻¹ f
 
-where W = 1 gives the normal forces, and then W = N of the same contact for friction: N is least in norm, and T is the
-least in Σ |T|²/N.
+where W = 1 gives the normal forces, and then W = N of the same contact for friction, and the mean of all N for the
+others: Σ N²/mean(N) + Σ |T|²/N is least, in which friction is shared in proportion to N. All W are forces, so that the
+units do not matter where normals are not parallel.
 
 All is in `PhaseData`. A new set of modes is other integers there for the same code.
 
@@ -137,14 +138,28 @@ def shared(phase: PhaseData) -> int:
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
+        mean = mean_normal(phase, 1.0)
         for j in range(phase.conditions):
             k = phase.source[j]
             if phase.normal_of[j] >= 0:
                 weight[j] = lam[phase.normal_of[j]]
             elif k >= 0 and phase.held[k] != 0:
                 weight[j] = force_of(phase, k)[0]
+            else:
+                weight[j] = mean
         weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
+
+
+@compiled
+def mean_normal(phase: PhaseData, none: float) -> float:
+    """Return the mean of λ of the normals of contacts, or ``none`` if there are none."""
+    total, count = 0.0, 0
+    for i in range(phase.conditions):
+        if phase.source[i] >= 0 and phase.row_of[i] == 0:
+            total += phase.lam[i]
+            count += 1
+    return total / count if count > 0 else none
 
 
 @compiled

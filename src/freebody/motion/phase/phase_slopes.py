@@ -27,7 +27,16 @@ from ...native.instructions import Reals, call, compiled, greater, root
 from ..cones.elimination import solved
 from . import laws
 from .bearings import loads_along, solve
-from .closed_contacts import NAN, condition_force, first_shares, force_row, independent, set_weights, weighted
+from .closed_contacts import (
+    NAN,
+    condition_force,
+    first_shares,
+    force_row,
+    independent,
+    mean_normal,
+    set_weights,
+    weighted,
+)
 from .contact_outputs import (
     adhesion_of,
     force_of,
@@ -266,8 +275,9 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
             weight[i] = 1.0
         goals(it, phase, 1)
         shared_change(it, phase, it.first_leans)
+        mean = mean_normal(phase, 0.0)
         for i in range(phase.conditions):
-            k, change = phase.source[i], 0.0
+            k, change = phase.source[i], mean
             if phase.normal_of[i] >= 0:
                 change = phase.lam[phase.normal_of[i]]
             elif phase.held[k] != 0:

@@ -103,6 +103,7 @@ def memory_of(
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
+    contacts.pull = np.zeros(E)
     contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
     contacts.kept, contacts.stuck = np.zeros((2, E), dtype=np.int64)

@@ -1,0 +1,96 @@
+"""Bodies wedged between contacts: forces that the motion does not determine hold them up to the exact limit."""
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+G, MASS, RADIUS = 9.81, 2.0, 0.2
+
+
+def groove(beta, mu, **load):
+    """A disk in a groove whose sides are tilted by ``beta``, under a force or a couple that grows."""
+    s = fb.System("groove")
+    s.gravity = (0, -G, 0)
+    disk = s.body("disk", fb.disk(MASS, RADIUS))
+    s.planar("plane", s.ground, disk, coordinate="x y a")
+    for side, sign in (("left", 1), ("right", -1)):
+        normal = (sign * np.sin(beta), np.cos(beta), 0)
+        s.contact(side, disk.circle(RADIUS), s.ground.plane(normal=normal), friction=mu)
+    s.force("F", disk.origin, (load.get("force", 0), 0, 0))
+    s.torque("M", disk, (0, 0, load.get("couple", 0)))
+    return s, {"y": RADIUS / np.cos(beta)}
+
+
+@pytest.mark.parametrize(("beta", "mu"), [(0.5, 0.2), (0.5, 0.5), (0.8, 0.9), (1.1, 0.5)])
+def test_a_disk_in_a_groove_turns_where_both_sides_slip(beta, mu):
+    """M = μ R W/((1 + μ²) cos β), from T = μ N at both sides; equal compliance from zero is at its limits all along."""
+    s, start = groove(beta, mu, couple="t")
+    limit = mu * RADIUS * MASS * G / ((1 + mu * mu) * np.cos(beta))
+    motion = fb.simulate(s, 1.2 * limit, initial=start)
+    begins = [e.time for e in motion.events if "slip" in e.text]
+    # asked by steps of the speeds of 1e-6 s
+    assert begins and min(begins) == pytest.approx(limit, abs=2e-6)
+    assert np.abs(motion["a"][motion.t < limit - 1e-3]).max() < 1e-12
+    assert motion["a'"][-1] > 0 and np.abs(motion["x"]).max() < 1e-9
+    assert motion.energy.relative_residual < 1e-9
+
+
+def test_a_disk_is_pushed_out_of_a_groove():
+    """F = W tan β turns it out over one side, whatever friction holds at the other until then."""
+    for mu in (0.2, 0.5):
+        s, start = groove(0.5, mu, force="t")
+        limit = MASS * G * np.tan(0.5)
+        motion = fb.simulate(s, limit + 0.3, initial=start)
+        opened = [e.time for e in motion.events if e.text.startswith("contact left") and "→ open" in e.text]
+        assert opened == pytest.approx([limit], abs=2e-6)
+
+
+def bowl(mass, mu, tilt=0.0, force=0, radius=3.0):
+    """A box that stands on two corners in a round bowl; its start, and normals and tangents as columns of (x, y, a)."""
+    s = fb.System("bowl")
+    s.gravity = (0, -G, 0)
+    box = s.body("box", fb.box(mass, (0.5, 0.3, 0.2)))
+    s.planar("plane", s.ground, box, coordinate="x y a")
+    surface = s.ground.circle(radius, at=(0, radius, 0), inside=True)
+    s.contact("c", box.corners((-0.25, -0.15, 0), (0.25, -0.15, 0)), surface, friction=mu)
+    s.force("F", box.origin, (force, 0, 0))
+    centre = np.sqrt(radius**2 - 0.25**2) - 0.15
+    start = {"x": centre * np.sin(tilt), "y": radius - centre * np.cos(tilt), "a": tilt}
+    rows = []
+    for corner in (-0.25, 0.25):
+        r = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]]) @ (corner, -0.15)
+        n = np.array([-start["x"], radius - start["y"]]) - r
+        n = n / np.linalg.norm(n)
+        for d in (n, np.array([n[1], -n[0]])):
+            rows.append([*d, r[0] * d[1] - r[1] * d[0]])
+    return s, start, np.array(rows).T
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.02, 0.3])
+def test_a_box_stands_in_a_bowl(tilt):
+    s, start, _ = bowl(3.0, 0.68, tilt)
+    motion = fb.simulate(s, 1, initial=start)
+    assert {span.mode for span in motion.modes} == {"stick"} and not motion.events
+    assert np.abs(motion["x"] - start["x"]).max() < 1e-12
+    assert np.isnan(motion.contacts["c_1"].normal).all() and motion.indeterminate
+
+
+def test_shares_of_open_forces_do_not_depend_on_units():
+    """1,000 times the mass, 1,000 times each force; the normals are not parallel, so N and T share."""
+    light, heavy = (fb.simulate(s, 0.1, initial=start) for s, start, _ in (bowl(3.0, 0.68), bowl(3e3, 0.68)))
+    for name in ("c_1", "c_2"):
+        first, second = (m.contacts[name].least[-1] for m in (light, heavy))
+        np.testing.assert_allclose(second, 1e3 * first, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("tilt", "mu", "way"), [(0.0, 0.3, 1), (0.3, 0.3, 1), (0.3, 0.68, -1)])
+def test_a_box_is_pushed_along_a_bowl_where_both_corners_slip(tilt, mu, way):
+    s, start, columns = bowl(3.0, mu, tilt, f"{way}*t")
+    # N_1, N_2 and F of T = -way μ N at both corners
+    slips = columns[:, 0::2] - way * mu * columns[:, 1::2]
+    *N, limit = np.linalg.solve(np.column_stack([slips, [way, 0, 0]]), [0, 3.0 * G, 0])
+    assert min(N) > 0
+    motion = fb.simulate(s, limit + 0.5, initial=start)
+    begins = [e.time for e in motion.events if "stick → slip" in e.text]
+    assert begins[:2] == pytest.approx([limit, limit], abs=1e-8)

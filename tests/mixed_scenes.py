@@ -1,0 +1,69 @@
+"""Random machines of up to three bodies in a plane, with constant laws of contact that events and time steps both know."""
+
+import numpy as np
+
+import freebody as fb
+
+GROUNDS = ("flat", "slope", "road", "belt", "bowl")
+BOWL = 3.0
+
+
+def ground(s, rng, kind):
+    """Return the shape on which the bodies land, and its height at x."""
+    if kind == "slope":
+        a = rng.uniform(-0.4, 0.4)
+        return s.ground.plane(normal=(np.sin(a), np.cos(a), 0)), lambda x: 0.6
+    if kind == "road":
+        high, wave = rng.uniform(0.02, 0.08), rng.uniform(1, 2.5)
+        return s.ground.heightline(f"{high:.3f}*cos({wave:.3f}*x)"), lambda x: 0.1
+    if kind == "belt":
+        belt = s.body("belt", fb.particle(1))
+        s.slider("drive", s.ground, belt, axis="x", coordinate=round(rng.uniform(-2, 2), 2) * s.t)
+        return belt.plane(normal="y"), lambda x: 0.0
+    if kind == "bowl":
+        return s.ground.circle(BOWL, at=(0, BOWL, 0), inside=True), lambda x: BOWL - np.sqrt(BOWL**2 - x**2)
+    return s.ground.plane(normal="y"), lambda x: 0.0
+
+
+def mixed_scene(seed):
+    """A scene and its start: disks, eccentric disks and boxes, thrown, with adhesion, springs, forces and couples."""
+    rng = np.random.default_rng([13, seed])
+    kind = str(rng.choice(GROUNDS))
+    s = fb.System(f"{kind} {seed}")
+    s.gravity = (0, -9.81, 0)
+    floor, height = ground(s, rng, kind)
+    bodies, disks, start = [], [], {}
+    for i in range(rng.integers(1, 4)):
+        what = "disk" if kind == "road" else str(rng.choice(["disk", "box", "eccentric"]))
+        x = -1.5 + 1.2 * i + rng.uniform(-0.1, 0.1)
+        body = s.body(f"b{i}", fb.box(3, (0.5, 0.3, 0.2)) if what == "box" else fb.disk(2, 0.2))
+        s.planar(f"p{i}", s.ground, body, coordinate=f"x{i} y{i} a{i}")
+        start |= {
+            f"x{i}": x, f"y{i}": rng.uniform(0.6, 1.2) + height(x), f"a{i}": rng.uniform(-1, 1),
+            f"x{i}'": rng.uniform(-2, 2), f"y{i}'": rng.uniform(-1, 1), f"a{i}'": rng.uniform(-5, 5),
+        }  # fmt: skip
+        law = {"friction": float(rng.uniform(0.05, 0.9))}
+        if rng.random() < 0.25:
+            law["adhesion"] = float(rng.uniform(1, 20))
+        if rng.random() < 0.15 and what != "box":
+            law["rolling"] = float(rng.uniform(0.002, 0.03))
+        if rng.random() < 0.25:
+            law["restitution"] = float(rng.uniform(0, 0.5))
+        offset = (0.03, 0, 0) if what == "eccentric" else (0, 0, 0)
+        shape = body.corners(size=(0.5, 0.3)) if what == "box" else body.circle(0.2, at=offset)
+        s.contact(f"c{i}", shape, floor, **law)
+        if i > 0:
+            join = rng.random()
+            if join < 0.3:
+                ends = bodies[-1].point(0, 0.1, 0), body.point(0, 0.1, 0)
+                s.spring(f"k{i}", *ends, stiffness=float(rng.uniform(10, 200)), rest=1.2)
+            elif join > 0.5 and what == "disk" and disks[-1] is not None:
+                s.contact(f"d{i}", disks[-1], shape, friction=float(rng.uniform(0.05, 0.9)))
+        bodies.append(body)
+        disks.append(shape if what == "disk" else None)
+    if rng.random() < 0.4:
+        force = f"{rng.uniform(-20, 20):.2f}*sin({rng.uniform(2, 8):.2f}*t)"
+        s.force("F", bodies[0].origin, (force, 0, 0))
+    if rng.random() < 0.3:
+        s.torque("M", bodies[-1], (0, 0, float(rng.uniform(-3, 3))))
+    return s, start
