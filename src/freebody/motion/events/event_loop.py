@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, fading, halt, hold, turn_back
+from .slips import UPSET, begin_slip, beyond_cones, fading, halt, hold, turn_back
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 
 
@@ -177,7 +177,7 @@ def decision(it: EventRun, contacts: Contacts) -> int:
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
     set_up(it, contacts)
-    if hold(it, contacts) != 0:
+    if it.holding == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
             return event_run.UNDECIDED
         # friction of a fixed direction would move the body, where open forces hold it
@@ -193,8 +193,10 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         it.bounces, it.stage = 0, event_run.ARRIVE
         return RUNNING
     longest, end = event_run.LONGEST, it.target
-    if it.holding != 0 and it.spare_count > 0:
+    if it.holding != 0 and beyond_cones(it, event_run.CLOSE) != 0:
         open_cones(it)
+    else:  # the shares of these modes are well within their cones, which can be watched
+        it.holding = 0
     if it.resting != 0:
         it.bounces, end = 0, end_of_phase(it)
         clear_reasons(it, event_run.NO_REASON)

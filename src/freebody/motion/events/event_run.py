@@ -40,6 +40,8 @@ SHORTEST = LONGEST / 10
 """Length of the first step of the speeds alone [s]."""
 HELD = 1000 * LONGEST
 """Greatest length of a phase in which contacts are at rest by forces that are open at their limits [s]."""
+CLOSE = 1e-3
+"""Part of a cone that open forces need to be within it for it to be watched; else they would soon be at it again."""
 SLOW = 10 * STOPPED
 """Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 RAY = 7
