@@ -1,4 +1,4 @@
-"""Random machines of up to three bodies in a plane, with constant laws of contact that events and time steps both know."""
+"""Random machines of up to three bodies in a plane, with laws of contact that events and time steps both know."""
 
 import numpy as np
 

@@ -9,14 +9,17 @@ G, MASS, RADIUS = 9.81, 2.0, 0.2
 
 
 def groove(beta, mu, **load):
-    """A disk in a groove whose sides are tilted by ``beta``, under a force or a couple that grows."""
+    """A disk in a groove whose sides are tilted by ``beta`` and may be driven, under a force or a couple that grows."""
     s = fb.System("groove")
     s.gravity = (0, -G, 0)
-    disk = s.body("disk", fb.disk(MASS, RADIUS))
+    sides, disk = s.ground, s.body("disk", fb.disk(MASS, RADIUS))
     s.planar("plane", s.ground, disk, coordinate="x y a")
+    if "drive" in load:
+        sides = s.body("sides", fb.particle(1))
+        s.slider("rail", s.ground, sides, axis="x", coordinate=load["drive"])
     for side, sign in (("left", 1), ("right", -1)):
         normal = (sign * np.sin(beta), np.cos(beta), 0)
-        s.contact(side, disk.circle(RADIUS), s.ground.plane(normal=normal), friction=mu)
+        s.contact(side, disk.circle(RADIUS), sides.plane(normal=normal), friction=mu)
     s.force("F", disk.origin, (load.get("force", 0), 0, 0))
     s.torque("M", disk, (0, 0, load.get("couple", 0)))
     return s, {"y": RADIUS / np.cos(beta)}
@@ -34,6 +37,20 @@ def test_a_disk_in_a_groove_turns_where_both_sides_slip(beta, mu):
     assert np.abs(motion["a"][motion.t < limit - 1e-3]).max() < 1e-12
     assert motion["a'"][-1] > 0 and np.abs(motion["x"]).max() < 1e-9
     assert motion.energy.relative_residual < 1e-9
+
+
+@pytest.mark.parametrize("drive", ["2*t", "0.3*sin(5*t)"])
+def test_a_disk_in_a_groove_that_moves(drive):
+    """At a constant speed its limit is that at rest; the work of the drive is in the ledger either way."""
+    s, start = groove(0.5, 0.3, couple="t", drive=drive)
+    limit = 0.3 * RADIUS * MASS * G / ((1 + 0.3**2) * np.cos(0.5))
+    speed = 2.0 if drive == "2*t" else 1.5
+    motion = fb.simulate(s, 1.1 * limit, initial=start | {"x'": speed})
+    assert motion.energy.relative_residual < 1e-9
+    assert motion.modes[0].start == 0 and motion.modes[0].mode == "stick"
+    if drive == "2*t":
+        begins = [e.time for e in motion.events if "slip" in e.text]
+        assert min(begins) == pytest.approx(limit, abs=2e-6)
 
 
 def test_a_disk_is_pushed_out_of_a_groove():

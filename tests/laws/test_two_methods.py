@@ -10,7 +10,8 @@ STEPS = (2e-3, 1e-3, 5e-4)
 SCATTER = 5.0
 """By how much more than the results of three steps differ among themselves the last may differ from the limit.
 
-Of a method of first order it is once the difference of the last two; errors of impacts have any sign and size up to h v.
+Of a method of first order it is once the difference of the last two; errors of impacts have any sign, and sizes up to
+h v.
 """
 
 

@@ -240,7 +240,8 @@ class History:
             if k in current:
                 current[k][3] = t
             mode = work.model.contacts[k].shown(KINDS[after])
-            current[k] = [name, mode, t, None, why]
+            # a step of the speeds may come before the first modes: it has led to them
+            current[k] = [name, mode, t if before >= 0 else float(self.path.start), None, why]
             changes.append(current[k])
             if before >= 0:
                 was = work.model.contacts[k].shown(KINDS[before])

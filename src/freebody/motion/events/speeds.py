@@ -14,7 +14,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
 from ..phase import laws
-from ..phase.contact_outputs import evaluated
+from ..phase.contact_outputs import evaluated, extended
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
@@ -29,11 +29,11 @@ from .slips import log_leap
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if a bounded force or a drive acts at a contact, if there is no solution, or if a contact would close, also
-    one at a place of a patch that has no features yet.
+    It is 0 if a bounded force acts at a contact, or a drive in a closed loop, if there is no solution, or if a contact
+    would close, also one at a place of a patch that has no features yet.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
-    if machine.driven != 0 or it.moving != 0:
+    if machine.own > 0 and (machine.driven != 0 or it.moving != 0):
         return 0
     for k in range(it.contacts):
         if it.held[k] != 0 and it.presser[k] < 0:
@@ -57,6 +57,8 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
         it.trial[n_q + i] += change / 2.0
     evaluated(it.t, it.trial, machine)
     work = length * machine.load[0]
+    if machine.driven != 0:
+        work += driven_work(it, contacts, length)
     for i in range(n_q):
         it.y[i] += length * machine.q_dot[i]
     for i in range(n):
@@ -81,6 +83,24 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def driven_work(it: EventRun, contacts: Contacts, length: float) -> float:
+    """Return the work of drives in a step, by its mean accelerations and contact forces, in its middle."""
+    machine = PhaseData(it.looking)
+    extended(it.trial, machine)
+    for i in range(it.n):
+        machine.udot[i] = it.step[i] / length
+    for r in range(it.rows):
+        machine.force[r] = 0.0
+    for a in range(contacts.rows):
+        machine.force[it.list[a]] = contacts.forces[a] / length
+    for k in range(it.contacts):
+        if it.adhering[k] != 0:
+            machine.force[it.first[k]] -= it.adhesion[k]
+    machine.power(it.t, machine.state, machine.power_c, it.x)
+    return length * it.x[0]
 
 
 @compiled

@@ -265,7 +265,9 @@ class Candidates:
             return True
         tape = Tape()
         lam = [tape.input(f"multiplier {i}") for i in range(self.own)]
-        return not is_always_zero(constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0)
+        return not is_always_zero(
+            constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0
+        )
 
     @cached_property
     def moving(self) -> bool:
