@@ -111,3 +111,24 @@ def test_a_box_is_pushed_along_a_bowl_where_both_corners_slip(tilt, mu, way):
     motion = fb.simulate(s, limit + 0.5, initial=start)
     begins = [e.time for e in motion.events if "stick → slip" in e.text]
     assert begins[:2] == pytest.approx([limit, limit], abs=1e-8)
+
+
+def test_a_slip_at_its_dead_centre_stops_nothing():
+    """The tip of a rod on a wall reverses at its lowest point, where it grazes a floor: speeds do not jump there."""
+    s = fb.System("rod at its dead centre")
+    s.gravity = (0, -G, 0)
+    top, rod = s.body("top", fb.particle(1)), s.body("rod", fb.slender_bar(1, 0.5, axis="y"))
+    s.slider("rail", s.ground, top, axis="x", coordinate="x")
+    s.hinge("pin", top, rod, to=(0, 0.25, 0), axis="z", coordinate="q")
+    tip = rod.point(0, -0.25, 0)
+    s.force("press", tip, (-100, 0, 0), frame=s.ground)
+    s.contact("floor", tip, s.ground.plane(at=(0, -0.5, 0)), friction=0)
+    s.contact("wall", tip, s.ground.plane(at=(-0.9, 0, 0), normal="x"), friction=0.1)
+    start = {"x": -0.9 + 0.5 * np.sin(0.12) + 0.001, "q": -0.12, "x'": -3.6, "q'": 6.0}
+    motion = fb.simulate(s, 0.2, initial=start)
+    (turned,) = [e for e in motion.events if "slip + → slip -" in e.text]
+    assert abs(turned.state["q"]) < 1e-9
+    assert motion.at(turned.time + 1e-6)["q'"] == pytest.approx(turned.state["q'"], rel=1e-3)
+    assert motion.energy.impulses[-1] == pytest.approx(
+        motion.energy.impulses[motion.t < turned.time][-1], abs=1e-9
+    )

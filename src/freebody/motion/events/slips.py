@@ -18,6 +18,11 @@ from .log import log_phase, log_state
 from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, leaves_rest, project, set_up
 
+DEAD = 1e-16
+"""Part of the motion by a normal force, as a square, below which that by friction is none: at a dead centre it is zero.
+
+An event is located to about 1e-11 of a turn.
+"""
 UPSET = -2
 """Answer that a straight step would turn other slips."""
 FADES, ALIKE = 100.0, 10.0
@@ -242,20 +247,38 @@ def fading(it: EventRun) -> int:
 
 @compiled
 def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
-    """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted."""
+    """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted.
+
+    Slips along tangents at a dead centre go on: what stops them there would stop all that moves.
+    """
     count = 0
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN and it.held[k] == 0:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
         if it.stopped[k] != 0 or (it.mode[k] == laws.STICK and stops_beside(it, k) != 0):
             for j in range(1, 1 + it.tangents[k]):
-                count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
+                if is_dead_centre(it, k, it.first[k] + j) == 0:
+                    count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
     impelled(it, contacts, count)
     work = it.impulses
     move_speeds(it)
     if keep != 0:
         it.impulses, it.rest_left = work, it.impulses - work
     look(it)
+
+
+@compiled
+def is_dead_centre(it: EventRun, k: int, r: int) -> int:
+    """Return 1 if force along tangent r of a contact moves the machine by nothing beside its normal force, else 0.
+
+    The slip of a crank's pin in a straight slot is zero there, whatever the speed of the crank.
+    """
+    p = it.presser[k] if it.presser[k] >= 0 else k
+    if it.held[p] != 0:
+        return 0
+    n, normal = it.n, it.first[p]
+    across = product_of(row_of(it, it.W, normal), row_of(it, it.X, normal), n)
+    return 1 if product_of(row_of(it, it.W, r), row_of(it, it.X, r), n) <= DEAD * across else 0
 
 
 @compiled
