@@ -1,0 +1,205 @@
+"""Laws that switch, with the side of each as a constant of a run: rates that are smooth up to a switch and beyond it.
+
+    sign(e) = s      |e| = s e      max(a, b) = ½ (1 + s) a + ½ (1 - s) b,   e = a - b      s = ±1
+
+A run keeps every s, stops where an e passes zero, and goes on with the other s (`sided_way`). So the steps see no jump
+and no bend, and an e that dips through zero within one long step is found as any event is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates, traced_state
+from ...dynamics.motion import motion, total_power
+from ...scalar.algebra import HALF, Scalar
+from ...scalar.derivative import forward
+from ...scalar.trace import Tape, Traced
+from ..ode.dense_output import Array, Watch, observe, outputs_at
+from .kernels import Kernels
+from .program import Program
+from .switches import value_of
+
+BENDING = ("abs", "min", "max")
+"""Functions that bend where their e is zero, and do not jump."""
+SWITCHING = ("sign", *BENDING)
+
+
+class SidedTape(Tape):
+    """A tape whose signs, or also its ``bends``, have a side that is an input while it is ``sided``.
+
+    ``sides``    input and e of each law, in the order in which they came, by the node of e
+    ``jumps``    numbers of the laws that are the sign of their e somewhere
+    ``free``     numbers of laws that are left as they are
+    ``closed``   True if no further law gets an input
+    """
+
+    def __init__(self, bends: bool = False, free: Iterable[int] = ()) -> None:
+        super().__init__()
+        self.bends, self.free = bends, frozenset(free)
+        self.sided = self.closed = False
+        self.sides: dict[int, tuple[Traced, Traced]] = {}
+        self.jumps: set[int] = set()
+
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """Return a function of scalars; where it switches, by the side of its e."""
+        if not self.sided or not (function == "sign" or self.bends and function in BENDING):
+            return super().apply(function, *arguments)
+        a, *others = arguments
+        side = self._side(a - others[0] if others else a, function)
+        if side is None:
+            return super().apply(function, *arguments)
+        if function == "sign":
+            return side
+        if not others:
+            return side * a
+        if function == "min":
+            side = -side
+        return (1 + side) * HALF * a + (1 - side) * HALF * others[0]
+
+    def _side(self, x: Scalar, function: str) -> Scalar | None:
+        """Return the side of e; None if it has none."""
+        if not isinstance(x, Traced):
+            return None
+        if x.minus is not None:
+            side = self._side(x.minus, function)
+            return None if side is None else -side
+        e = self.node(x)
+        if e.index not in self.sides:
+            if self.closed:
+                return None
+            self.sides[e.index] = self.input(f"side {len(self.sides)}"), e
+        number = list(self.sides).index(e.index)
+        if function == "sign":
+            self.jumps.add(number)
+        return None if number in self.free else self.sides[e.index][0]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law that switches where e = 0.
+
+    ``text``     e
+    ``jumps``    True if it is a sign of e somewhere; else it only bends
+    ``order``    1 if ė depends on its side, as for a speed; else 2
+    """
+
+    text: str
+    jumps: bool
+    order: int
+
+
+class SidedKernels(Kernels):
+    """Programs of a model whose laws that switch have sides, which follow the parameters; laws in ``free`` have none."""
+
+    def __init__(self, whole: Kernels, free: frozenset[int] = frozenset()) -> None:
+        super().__init__(whole.model, whole.active)
+        self.whole, self.free = whole, free
+
+    def __reduce__(self) -> Any:
+        return _restored, (self.whole, self.free)
+
+    def recorded(self) -> tuple[Tape, State, list[Scalar]]:
+        """Return a tape on which the rates are recorded, the state, and the parameters with the sides behind them."""
+        tape = SidedTape(True, self.free)
+        state = traced_state(self.model, tape)
+        tape.sided = True
+        moving = motion(self.model, state, self.active)
+        total_power(self.model, state, moving)
+        tape.closed = True
+        parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
+        return tape, state, [*parameters, *(side for side, _ in tape.sides.values())]
+
+    def watched(self, watch: Watch | None, parameters: Array, count: int, stops: Sequence[bool]) -> Watch:
+        """Return the events of a run, and behind them the e of all laws; the run stops where ``stops`` say.
+
+        ``parameters`` are followed by the sides of the ``count`` laws.
+        """
+        events = () if watch is None else watch.functions
+        program = self.program(("watched", events), lambda state: {"values": _watched(state, events)})
+        directions, terminal = ((), ()) if watch is None else (watch.directions, watch.terminal)
+        return Watch(
+            program.address("values"), (*directions, *[0] * count), (*terminal, *stops),
+            program.constants(parameters), program, guarded=count,
+        )  # fmt: skip
+
+
+def _watched(state: State, events: Sequence[Any]) -> list[Scalar]:
+    """Return events, whose own signs have no sides, and the e of all laws."""
+    tape = state.field
+    assert isinstance(tape, SidedTape)
+    tape.sided = False
+    values = [value_of(state, x) for x in events]
+    return [*values, *(e for _, e in tape.sides.values())]
+
+
+def _restored(whole: Kernels, free: frozenset[int]) -> Kernels:
+    sides = sides_of(whole)
+    assert sides is not None
+    return sides.kernels(free)
+
+
+class Sides:
+    """The laws of a machine that switch.
+
+    ``laws``    in the order of their sides
+    """
+
+    def __init__(self, whole: Kernels) -> None:
+        self.whole = whole
+        self._kernels: dict[frozenset[int], SidedKernels] = {}
+        self.laws: tuple[Law, ...] = ()
+        self.program: Program = self.kernels().program("laws", self._functions)
+
+    def kernels(self, free: frozenset[int] = frozenset()) -> SidedKernels:
+        """Return the programs with sides; laws in ``free`` have none."""
+        if free not in self._kernels:
+            self._kernels[free] = SidedKernels(self.whole, free)
+        return self._kernels[free]
+
+    def _functions(self, state: State) -> dict[str, list[Scalar]]:
+        """Return e, ė and, of a law of order 2, ë of every law."""
+        model, tape = self.whole.model, state.field
+        assert isinstance(tape, SidedTape)
+        tape.sided = True
+        qdot = coordinate_rates(model, state)
+        udot = motion(model, state, self.whole.active).udot
+        variables, rates = [state.t, *state.q, *state.u], [1, *qdot, *udot]
+        outputs: list[Scalar] = []
+        laws: list[Law] = []
+        for k, (side, e) in enumerate(tape.sides.values()):
+            (rate,) = forward(tape, [e], variables, rates)
+            (by_side,) = forward(tape, [rate], [side], [1])
+            order = 1 if isinstance(by_side, Traced) or by_side != 0 else 2
+            (change,) = forward(tape, [rate], variables, rates) if order > 1 else (0,)
+            outputs += [e, rate, change]
+            laws.append(Law(str(tape.to_sympy(e)), k in tape.jumps, order))
+        self.laws = tuple(laws)
+        return {"laws": outputs}
+
+    def at(self, t: float, y: Array, parameters: Array, sides: Array) -> Array:
+        """Return e, ė and ë of each law at a state, shape (laws, 3)."""
+        constants = self.program.constants(np.concatenate([parameters, sides]))
+        y = np.ascontiguousarray(y, dtype=float)
+        return outputs_at(self.program.address("laws"), 3 * len(self.laws), t, y, constants).reshape(-1, 3)
+
+    def along(self, times: Array, states: Array, parameters: Array, sides: Array) -> Array:
+        """Return e, ė and ë of each law at states, shape (times, laws, 3)."""
+        constants, count = self.program.constants(np.concatenate([parameters, sides])), 3 * len(self.laws)
+        found = observe(self.program.address("laws"), count, times, states, constants)
+        return found.reshape(len(times), -1, 3)
+
+
+def sides_of(kernels: Kernels) -> Sides | None:
+    """Return the laws of a machine that switch; None if there are none, or if the rates are looped over links."""
+    if kernels.operations is None or kernels.operations.keys().isdisjoint(SWITCHING):
+        return None
+    if "sides" not in kernels.cache:
+        found = Sides(kernels)
+        kernels.cache["sides"] = found if found.laws else None
+    sides: Sides | None = kernels.cache["sides"]
+    return sides
