@@ -1,12 +1,12 @@
-"""Runs of machines whose laws switch, in legs between the switches, in each of which the laws keep their sides (`sides`).
+"""Runs of machines whose laws switch, in legs between the switches, in which the laws keep their sides (`sides`).
 
 At e = 0 a law takes the side s that e enters. With ė(s) the rate of e on either side,
 
     s ė(s) < 0 and -s ė(-s) < 0        both sides lead back to e = 0
 
 there no motion leaves e = 0: it would stay, under a force between those of both sides that the law does not state, and
-the run ends. So it does where switches follow one another ever faster, as after bounces that lose speed. A law that only
-bends where e is zero, as |e| does, is left as it is while e is round-off, such as a velocity out of the plane of motion.
+the run ends. So it does where switches follow one another ever faster, as after bounces that lose speed. A law that
+only bends where e is zero, as |e| does, is left as it is while e is round-off, such as a velocity out of a plane.
 
 Source: A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988), section 4.
 """
@@ -61,7 +61,13 @@ class SidedWay:
             if method not in SINGLE_STEPS:
                 watch = programs.watched(watch, constants, count, [k not in free for k in range(count)])
             self.ways[key] = Way(
-                programs, constants, method, programs.rates(constants), self.relative, watch=watch, **self.options
+                programs,
+                constants,
+                method,
+                programs.rates(constants),
+                self.relative,
+                watch=watch,
+                **self.options,
             )
         return self.ways[key]
 
@@ -200,6 +206,9 @@ class _Run:
             x.number < events and watch.terminal[x.number] and x.time != path.start for x in path.crossings
         ):
             return False
+        if path.end == self.until:
+            path.status = End.FINISHED
+            return False
         now = self.at(self.sides)
         for law, side in self.events(path).items():
             if side != self.sides[law]:
@@ -218,12 +227,15 @@ class _Run:
         """Return a law whose e has passed zero unseen, between two moments that a time does not tell apart, and the
         number of the step in which it has; -1 if there is none.
         """
-        if self.awake >= 0 or path.steps == 0 or self.stuck >= 0:
+        if self.awake >= 0 or path.steps == 0 or self.stuck >= 0 or path.method in SINGLE_STEPS:
+            return -1, 0
+        events = list(self.events(path))
+        if path.steps == 1 and len(events) == len(self.laws):
             return -1, 0
         e = self.way.sides.along(path.times, path.states, self.way.parameters, self.sides)[1:, :, 0]
         wrong = e * self.sides < 0
         wrong[:, [*self.free, *self.rests]] = False
-        wrong[-1, list(self.events(path))] = False
+        wrong[-1, events] = False
         rows, laws = np.nonzero(wrong)
         return (int(laws[0]), int(rows[0])) if rows.size else (-1, 0)
 
@@ -231,16 +243,19 @@ class _Run:
         """End the run where switches come ever faster; free laws that bend where their e is round-off."""
         if len(self.last) < IN_A_ROW or self.stuck >= 0:
             return
-        laws = {law for law, *_ in self.last}
-        jumping = [law for law in laws if self.laws[law].jumps]
-        if abs(self.t - self.last[0][2]) <= QUICK * abs(self.until - self.start):
-            if jumping:
-                self.stuck = jumping[0]
-                return
-        elif jumping or any(
-            steps > 2 or change > self.round_off(law) for law, steps, _, change in self.last
+        faster = abs(self.t - self.last[0][2]) <= QUICK * abs(self.until - self.start)
+        if not faster and self.laws[self.last[-1][0]].jumps:
+            return
+        jumping = next((law for law, *_ in self.last if self.laws[law].jumps), -1)
+        if faster and jumping >= 0:
+            self.stuck = jumping
+            return
+        if not faster and (
+            jumping >= 0
+            or any(steps > 2 or change > self.round_off(law) for law, steps, _, change in self.last)
         ):
             return
+        laws = {law for law, *_ in self.last}
         for law in laws:
             self.spans[law] = max(2 * self.spans.get(law, 0.0), IN_A_ROW * (self.first_step or 0.0))
             self.free[law] = self.t + self.sense * self.spans[law]

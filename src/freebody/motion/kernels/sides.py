@@ -94,7 +94,7 @@ class Law:
 
 
 class SidedKernels(Kernels):
-    """Programs of a model whose laws that switch have sides, which follow the parameters; laws in ``free`` have none."""
+    """Programs of a model whose laws that switch have sides, behind the parameters; those in ``free`` have none."""
 
     def __init__(self, whole: Kernels, free: frozenset[int] = frozenset()) -> None:
         super().__init__(whole.model, whole.active)
@@ -154,6 +154,11 @@ class Sides:
         self._kernels: dict[frozenset[int], SidedKernels] = {}
         self.laws: tuple[Law, ...] = ()
         self.program: Program = self.kernels().program("laws", self._functions)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Return e of each law."""
+        return tuple(law.text for law in self.laws)
 
     def kernels(self, free: frozenset[int] = frozenset()) -> SidedKernels:
         """Return the programs with sides; laws in ``free`` have none."""

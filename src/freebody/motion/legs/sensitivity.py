@@ -132,7 +132,9 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
     make = _Legs(problem, variation, parameters, method, between, absolute)
     paths = make.paths(y, rates, relative)
-    return Trajectory(*p.outcome(joined(paths, kernels)), course=InLegs(derivatives=Derivatives(variation, shifts)))
+    return Trajectory(
+        *p.outcome(joined(paths, kernels)), course=InLegs(derivatives=Derivatives(variation, shifts))
+    )
 
 
 @dataclass(frozen=True, eq=False)
