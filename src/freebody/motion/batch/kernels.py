@@ -23,7 +23,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
 from ..kernels.redundant_conditions import redundant_conditions
-from ..kernels.sides import SidedTape, Sides, sides_of
+from ..kernels.sides import SidedTape, Sides, sides_of, unsided
 from ..trajectory.outputs import ENERGIES, OfReaction, Quantity
 
 
@@ -109,7 +109,7 @@ def _recorded(
     power = total_power(model, state, moving)
     laws: list[Scalar] = []
     if isinstance(tape, SidedTape):  # what is observed switches by itself
-        tape.sided, laws = False, [e for _, e in tape.sides.values()]
+        laws, state = [e for _, e in tape.sides.values()], unsided(state)
     energy = [kinetic_energy(model, state), potential_energy(model, state)]
     y = [*state.q, *state.u]
     rates = [*coordinate_rates(model, state), *moving.udot]

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..ending import End
-from ..ode.dense_output import Array, Path, Rates, Watch, cut
+from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, cut, observe
 from ..ode.integration import Halt, first_halt
 from ..ode.layout import SINGLE_STEPS
 from .kernels import Kernels
@@ -31,6 +31,10 @@ from .sides import Sides, sides_of
 
 IN_A_ROW = 64
 """Number of switches in a row that are looked at together."""
+MOST = 1_000_000
+"""Number of legs after which a run ends: each keeps some thousand bytes."""
+SAME = 1e-12
+"""Difference of the times of two events, relative to 1 s or the time, that counts as none (`event_search`)."""
 QUICK = 1e-9
 """Part of a run within which so many switches show that they come ever faster."""
 
@@ -85,8 +89,12 @@ class SidedWay:
                 raise
             run.paths[-1].status = End.INTERRUPTED
         for path in run.paths:
-            path.crossings = tuple(x for x in path.crossings if x.number < self.events)
+            path.crossings = tuple(x for x in path.crossings if x.number < self.events and self.asked(x))
         return run.paths
+
+    def asked(self, crossing: Crossing) -> bool:
+        """Return True if the direction of an event is one that is asked for."""
+        return self.watch is not None and self.watch.directions[crossing.number] in (0, crossing.sign)
 
 
 def way_of(
@@ -171,6 +179,8 @@ class _Run:
         passed, row = self.passed(path)
         if passed >= 0:
             path = cut(path, row, End.RUNNING)
+        if self.way.events:
+            path.crossings = (*path.crossings, *self.jumps(way, path))
         duration = abs(path.end - self.t)
         self.t, self.y = path.end, path.states[-1].copy()
         if self.left is not None:
@@ -190,6 +200,8 @@ class _Run:
             path.status, path.blame, self.goes_on = End.STUCK, self.stuck, False
         if path.steps or not self.goes_on:
             self.paths.append(path)
+        if self.goes_on and len(self.paths) >= MOST:
+            path.status, self.goes_on = End.TOO_MANY_STEPS, False
 
     def switches(self, path: Path, duration: float) -> bool:
         """Switch where a leg ended; return True if the run goes on."""
@@ -201,9 +213,11 @@ class _Run:
             return True
         if path.status != End.TERMINAL:
             return False
-        events, watch = self.way.events, self.way.watch
+        watch = self.way.watch
         if watch is not None and any(
-            x.number < events and watch.terminal[x.number] and x.time != path.start for x in path.crossings
+            watch.terminal[x.number] and self.way.asked(x) and x.time != path.start
+            for x in path.crossings
+            if x.number < self.way.events
         ):
             return False
         if path.end == self.until:
@@ -222,6 +236,23 @@ class _Run:
         count = self.way.events
         found = {x.number - count: float(x.sign) for x in path.crossings if x.number >= count}
         return {law: side for law, side in found.items() if law not in self.free and law not in self.rests}
+
+    def jumps(self, way: Way, path: Path) -> list[Crossing]:
+        """Return the events that a leg has passed and not logged: those that jump where a law switches."""
+        watch, count = way.options["watch"], self.way.events
+        if watch is None or path.steps == 0:
+            return []
+        ends, states = path.times[[0, -1]], path.states[[0, -1]]
+        before, after = np.sign(
+            observe(watch.address, len(watch.directions), ends, states, watch.constants)[:, :count]
+        )
+        for x in path.crossings:
+            if x.number < count:
+                before[x.number] = 0.0 if abs(x.time - path.end) <= SAME * max(1.0, abs(path.end)) else x.sign
+        return [
+            Crossing(path.end, int(k), int(after[k]), path.states[-1].copy())
+            for k in np.flatnonzero(before * after < 0)
+        ]
 
     def passed(self, path: Path) -> tuple[int, int]:
         """Return a law whose e has passed zero unseen, between two moments that a time does not tell apart, and the

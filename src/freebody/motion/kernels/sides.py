@@ -115,15 +115,16 @@ class SidedKernels(Kernels):
         return tape, state, [*parameters, *(side for side, _ in tape.sides.values())]
 
     def watched(self, watch: Watch | None, parameters: Array, count: int, stops: Sequence[bool]) -> Watch:
-        """Return the events of a run, and behind them the e of all laws; the run stops where ``stops`` say.
+        """Return the events of a run, in both directions, and behind them the e of all laws; the run stops where
+        ``stops`` say.
 
         ``parameters`` are followed by the sides of the ``count`` laws.
         """
         events = () if watch is None else watch.functions
         program = self.program(("watched", events), lambda state: {"values": _watched(state, events)})
-        directions, terminal = ((), ()) if watch is None else (watch.directions, watch.terminal)
+        terminal = () if watch is None else watch.terminal
         return Watch(
-            program.address("values"), (*directions, *[0] * count), (*terminal, *stops),
+            program.address("values"), (0,) * (len(terminal) + count), (*terminal, *stops),
             program.constants(parameters), program, guarded=count,
         )  # fmt: skip
 
@@ -132,9 +133,16 @@ def _watched(state: State, events: Sequence[Any]) -> list[Scalar]:
     """Return events, whose own signs have no sides, and the e of all laws."""
     tape = state.field
     assert isinstance(tape, SidedTape)
+    plain = unsided(state)
+    return [*(value_of(plain, x) for x in events), *(e for _, e in tape.sides.values())]
+
+
+def unsided(state: State) -> State:
+    """Return a state on the same tape, whose laws switch by themselves; a state keeps the values it has found."""
+    tape = state.field
+    assert isinstance(tape, SidedTape)
     tape.sided = False
-    values = [value_of(state, x) for x in events]
-    return [*values, *(e for _, e in tape.sides.values())]
+    return traced_state(state.model, tape)
 
 
 def _restored(whole: Kernels, free: frozenset[int]) -> Kernels:
