@@ -173,7 +173,8 @@ def _stuck(path: SampledPath, kernels: Kernels) -> str:
     e = sides.laws[path.blame].text
     return (
         f"it sticks at t = {path.end:.9g} s, where {e} = 0: a law with sign({e}) drives it back from either side, and "
-        "states no force that holds it there. Friction that holds is that of a contact, s.contact(..., friction=mu). "
+        "states no force that holds it there. Friction that holds is that of a joint, s.friction(..., force=F) or "
+        "torque=T, or of a contact, s.contact(..., friction=mu). "
         f"Or give the jump a width of your choice, tanh(({e})/width), or stop there with a terminal event."
     )
 
