@@ -205,9 +205,8 @@ class LaneLoop:
         sides, count = self.program.sides, self.program.laws
         result = np.zeros((len(parameters), count))
         if sides is not None:
-            none = np.zeros(count)
             for k, numbers in enumerate(parameters):
-                result[k] = np.sign(sides.at(self.job.begin, initial[k], numbers, none)[:, 0])
+                result[k] = sides.start(self.job.begin, initial[k], numbers)
         return result
 
     def _switched(self, new: Results, sides: Array) -> NDArray[np.bool_]:

@@ -55,24 +55,25 @@ class SidedWay:
         self.ways: dict[tuple[Any, ...], Way] = {}
         self.events = 0 if watch is None else len(watch.directions)
 
-    def leg(self, method: str, now: Array, free: frozenset[int]) -> Way:
-        """Return the way of a leg with these sides."""
-        key = method, now.tobytes(), free
+    def leg(self, method: str, sides: Array, free: frozenset[int], idle: frozenset[int]) -> Way:
+        """Return the way of a leg with these sides; that of an idle law does not count."""
+        now = sides.copy()
+        now[[*idle]] = 1.0
+        key = method, now.tobytes(), free, idle
         if key not in self.ways:
             programs, count = self.sides.kernels(free), len(now)
             constants = np.concatenate([self.parameters, now])
             watch = self.watch
             if method not in SINGLE_STEPS:
-                watch = programs.watched(watch, constants, count, [k not in free for k in range(count)])
-            self.ways[key] = Way(
-                programs,
-                constants,
-                method,
-                programs.rates(constants),
-                self.relative,
-                watch=watch,
-                **self.options,
-            )
+                watch = programs.watched(
+                    watch, constants, count, [k not in free and k not in idle for k in range(count)]
+                )
+            way = Way(
+                programs, constants, method, programs.rates(constants), self.relative, watch=watch, **self.options
+            )  # fmt: skip
+            operations = None if watch is None else watch.keep.compiled["values"].operations
+            way.jumping = operations is None or "sign" in operations
+            self.ways[key] = way
         return self.ways[key]
 
     def paths(
@@ -111,6 +112,7 @@ class _Run:
     """The legs of one run.
 
     ``sides``    side of each law; 0 of a law whose e is zero
+    ``idle``     laws on which the rates do not depend with the sides of the others; they are not looked at
     ``rests``    laws whose e stays zero
     ``free``     laws that bend while e is round-off, with the time until which they are left as they are
     ``last``     the last switches: law, steps of the leg before, its end, and the change of e in it
@@ -129,7 +131,8 @@ class _Run:
         self.last: deque[tuple[int, int, float, float]] = deque(maxlen=IN_A_ROW)
         self.stuck = self.awake = -1
         self.waking_side = 0.0
-        self.sides = np.sign(self.at(np.zeros(len(self.laws)))[:, 0])
+        self.sides = way.sides.start(start, y, way.parameters)
+        self.idle: set[int] = set()
         for law in np.flatnonzero(self.sides == 0):
             self.start_from_zero(int(law))
 
@@ -163,9 +166,28 @@ class _Run:
             elif self.laws[law].jumps:
                 self.stuck = law
 
+    def settle(self) -> None:
+        """Find the laws that are idle, after those that were have taken the sides that they have by now."""
+        idle = sorted(self.idle)
+        for _ in idle:
+            side = np.sign(self.at(self.sides)[idle, 0])
+            changed = (side != 0) & (side != self.sides[idle])
+            if not changed.any():
+                break
+            self.sides[idle] = np.where(changed, side, self.sides[idle])
+        counting = self.way.sides.counting(self.sides)
+        woken = self.idle & counting
+        self.idle = {k for k in range(len(self.laws)) if k not in counting} - {*self.free} - self.rests
+        for law in sorted(woken):
+            if self.at(self.sides)[law, 0] == 0:
+                self.start_from_zero(law)
+
     def leg(self, absolute: ArrayLike, between: Any, halt: Halt | None) -> None:
         """Append the next leg, and switch where it ends."""
-        way = self.way.leg(self.method, self.sides, frozenset((*self.free, *self.rests)))
+        self.settle()
+        way = self.way.leg(
+            self.method, self.sides, frozenset((*self.free, *self.rests)), frozenset(self.idle)
+        )
         way.options |= {"max_steps": self.left, "first_step": self.first_step}
         way.first.max_steps, way.first.first_step = self.left, self.first_step
         until, self.awake = self.until, -1
@@ -179,7 +201,7 @@ class _Run:
         passed, row = self.passed(path)
         if passed >= 0:
             path = cut(path, row, End.RUNNING)
-        if self.way.events:
+        if self.way.events and way.jumping:
             path.crossings = (*path.crossings, *self.jumps(way, path))
         duration = abs(path.end - self.t)
         self.t, self.y = path.end, path.states[-1].copy()
@@ -235,7 +257,11 @@ class _Run:
         """Return the laws whose e passes zero in a leg, with the sides that they enter."""
         count = self.way.events
         found = {x.number - count: float(x.sign) for x in path.crossings if x.number >= count}
-        return {law: side for law, side in found.items() if law not in self.free and law not in self.rests}
+        return {law: side for law, side in found.items() if not self.unseen(law)}
+
+    def unseen(self, law: int) -> bool:
+        """Return True for a law whose switches do not end a leg."""
+        return law in self.free or law in self.rests or law in self.idle
 
     def jumps(self, way: Way, path: Path) -> list[Crossing]:
         """Return the events that a leg has passed and not logged: those that jump where a law switches."""
@@ -261,11 +287,11 @@ class _Run:
         if self.awake >= 0 or path.steps == 0 or self.stuck >= 0 or path.method in SINGLE_STEPS:
             return -1, 0
         events = list(self.events(path))
-        if path.steps == 1 and len(events) == len(self.laws):
+        if path.steps == 1 and len(events) == len(self.laws) - len(self.idle):
             return -1, 0
         e = self.way.sides.along(path.times, path.states, self.way.parameters, self.sides)[1:, :, 0]
         wrong = e * self.sides < 0
-        wrong[:, [*self.free, *self.rests]] = False
+        wrong[:, [k for k in range(len(self.laws)) if self.unseen(k)]] = False
         wrong[-1, events] = False
         rows, laws = np.nonzero(wrong)
         return (int(laws[0]), int(rows[0])) if rows.size else (-1, 0)

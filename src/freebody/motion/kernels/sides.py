@@ -8,7 +8,8 @@ and no bend, and an e that dips through zero within one long step is found as an
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import operator
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import HALF, Scalar
 from ...scalar.derivative import forward
-from ...scalar.trace import Tape, Traced
+from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG, SUB, Tape, Traced
 from ..ode.dense_output import Array, Watch, observe, outputs_at
 from .kernels import Kernels
 from .program import Program
@@ -151,6 +152,60 @@ def _restored(whole: Kernels, free: frozenset[int]) -> Kernels:
     return sides.kernels(free)
 
 
+class Flow:
+    """How the rates depend on sides: a product with a factor that the sides make zero depends on that factor alone."""
+
+    def __init__(self, tape: SidedTape, outputs: Sequence[Scalar]) -> None:
+        self.inputs = [side.index for side, _ in tape.sides.values()]
+        self.switching = [e.index for _, e in tape.sides.values()]
+        self.outputs = [x.index for x in outputs if isinstance(x, Traced)]
+        used = tape.used([*outputs, *(e for _, e in tape.sides.values())])
+        self.nodes = [(i, tape.op[i], tape.a[i], tape.b[i]) for i in used]
+        self.fixed = {i: tape.scalar(i) for i in used if tape.op[i] == CONST}
+        of_sides = {*self.inputs, *self.fixed}
+        self.of_sides = []
+        for node, code, a, b in self.nodes:
+            if code in KNOWN and a in of_sides and (b < 0 or b in of_sides):
+                of_sides.add(node)
+                self.of_sides.append((node, KNOWN[code], a, b))
+
+    def counting(self, sides: Array) -> frozenset[int]:
+        """Return the numbers of the sides on which the outputs depend, and the e of these laws."""
+        values = {**self.fixed, **dict(zip(self.inputs, sides.tolist(), strict=True))}
+        for i, function, a, b in self.of_sides:
+            values[i] = function(values[a]) if b < 0 else function(values[a], values[b])
+        found: frozenset[int] = frozenset()
+        while True:
+            needed = {*self.outputs, *(self.switching[k] for k in found)}
+            self._need(needed, values)
+            now = frozenset(k for k, i in enumerate(self.inputs) if i in needed)
+            if now == found:
+                return found
+            found = now
+
+    def _need(self, needed: set[int], values: dict[int, Any]) -> None:
+        """Add the nodes on which needed ones depend."""
+        for i, code, a, b in reversed(self.nodes):
+            if i not in needed or code <= INPUT:
+                continue
+            if code == MUL and values.get(a) == 0 and values.get(b) != 0:
+                needed.add(a)
+            elif code == MUL and values.get(b) == 0 and values.get(a) != 0:
+                needed.add(b)
+            else:
+                needed.add(a)
+                if b >= 0:
+                    needed.add(b)
+
+
+KNOWN: dict[int, Callable[..., Any]] = {
+    ADD: operator.add,
+    SUB: operator.sub,
+    MUL: operator.mul,
+    NEG: operator.neg,
+}
+
+
 class Sides:
     """The laws of a machine that switch.
 
@@ -160,6 +215,8 @@ class Sides:
     def __init__(self, whole: Kernels) -> None:
         self.whole = whole
         self._kernels: dict[frozenset[int], SidedKernels] = {}
+        self._counting: dict[bytes, frozenset[int]] = {}
+        self._last: tuple[bytes, Array] | None = None
         self.laws: tuple[Law, ...] = ()
         self.program: Program = self.kernels().program("laws", self._functions)
 
@@ -179,8 +236,9 @@ class Sides:
         model, tape = self.whole.model, state.field
         assert isinstance(tape, SidedTape)
         tape.sided = True
-        qdot = coordinate_rates(model, state)
-        udot = motion(model, state, self.whole.active).udot
+        qdot, moving = coordinate_rates(model, state), motion(model, state, self.whole.active)
+        udot = moving.udot
+        self._flow = Flow(tape, [*udot, total_power(model, state, moving)])
         variables, rates = [state.t, *state.q, *state.u], [1, *qdot, *udot]
         outputs: list[Scalar] = []
         laws: list[Law] = []
@@ -194,15 +252,41 @@ class Sides:
         self.laws = tuple(laws)
         return {"laws": outputs}
 
+    def start(self, t: float, y: Array, parameters: Array) -> Array:
+        """Return the sides of all laws at a state, 0 where e is zero."""
+        sides = np.zeros(len(self.laws))
+        for _ in range(len(sides) + 1):  # an e may depend on other sides
+            before, sides = sides, np.sign(self.at(t, y, parameters, sides)[:, 0])
+            if (before == sides).all():
+                break
+        return sides
+
+    def counting(self, sides: Array) -> frozenset[int]:
+        """Return the laws on whose sides the rates depend, where all have these sides: not the law of a stop that is
+        not touched.
+        """
+        key = sides.tobytes()
+        if key not in self._counting:
+            self._counting[key] = self._flow.counting(sides)
+        return self._counting[key]
+
     def at(self, t: float, y: Array, parameters: Array, sides: Array) -> Array:
         """Return e, ė and ë of each law at a state, shape (laws, 3)."""
-        constants = self.program.constants(np.concatenate([parameters, sides]))
         y = np.ascontiguousarray(y, dtype=float)
+        constants = self.constants(parameters, sides)
         return outputs_at(self.program.address("laws"), 3 * len(self.laws), t, y, constants).reshape(-1, 3)
+
+    def constants(self, parameters: Array, sides: Array) -> Array:
+        """Return the constants of the program; the last ones are kept."""
+        key = parameters.tobytes() + sides.tobytes()
+        last = self._last
+        if last is None or last[0] != key:
+            self._last = last = key, self.program.constants(np.concatenate([parameters, sides]))
+        return last[1]
 
     def along(self, times: Array, states: Array, parameters: Array, sides: Array) -> Array:
         """Return e, ė and ë of each law at states, shape (times, laws, 3)."""
-        constants, count = self.program.constants(np.concatenate([parameters, sides])), 3 * len(self.laws)
+        constants, count = self.constants(parameters, sides), 3 * len(self.laws)
         found = observe(self.program.address("laws"), count, times, states, constants)
         return found.reshape(len(times), -1, 3)
 

@@ -68,3 +68,26 @@ def test_the_laws_of_a_machine():
 def test_smooth_machines_have_none():
     assert sides_of(kernels_of(block("-k*x"))) is None
     assert sides_of(kernels_of(block("-k*abs(c)"))) is None
+
+
+def test_a_law_behind_a_factor_that_is_zero_does_not_count():
+    """A damper beyond x = 1 only: the side of its max is asked for there alone. Of a clip, the inner law counts for the
+    e of the outer one.
+    """
+    sides = sides_of(kernels_of(block("-max(k*(x - 1) + c*x', 0)*(1 + sign(x - 1))/2")))
+    place, push = (sides.texts.index(x) for x in ("x - 1", "c*x' + k*(x - 1)"))
+    at = np.ones(2)
+    assert sides.counting(at) == {place, push}
+    at[place] = -1
+    assert sides.counting(at) == {place}
+    clip = sides_of(kernels_of(block("-max(min(x, 1), -1)")))
+    for one in (-1.0, 1.0):
+        for other in (-1.0, 1.0):
+            assert clip.counting(np.array([one, other])) == {0, 1}
+
+
+@pytest.mark.parametrize("x", [-3.0, -0.5, 0.5, 3.0])
+def test_laws_within_laws_start_on_their_sides(x):
+    s = block("-k*max(min(x, 1), -1)")
+    motion = fb.simulate(s, 1e-3, initial={"x": x})
+    assert motion["x'"][-1] == pytest.approx(-9e-3 * np.clip(x, -1, 1), rel=1e-4)
