@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ class SidedWay:
         """Return the way of a leg with these sides; that of an idle law does not count."""
         now = sides.copy()
         now[[*idle]] = 1.0
-        key = method, now.tobytes(), free, idle
+        key = get_ident(), method, now.tobytes(), free, idle  # a run tells its way the steps that are left
         if key not in self.ways:
             programs, count = self.sides.kernels(free), len(now)
             constants = np.concatenate([self.parameters, now])
