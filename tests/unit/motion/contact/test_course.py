@@ -173,7 +173,7 @@ def test_pieces_without_a_thread_stay_short(monkeypatch):
     s.contact("floor", ball.point(0, 0, 0), s.ground.plane(), restitution=1)
     ceiling = s.ground.plane(at=(0, 1, 0), normal=(0, -1, 0))
     s.contact("ceiling", ball.point(0, 0, 0), ceiling, restitution=1)
-    fb.simulate(s, 300, initial={"y": 0.5, "y'": 30})
+    fb.simulate(s, 100, initial={"y": 0.5, "y'": 30})
     alone = [budget for budget in budgets if budget < event_run.NO_PAUSE]
     assert len(budgets) > len(alone) + 3 and len(alone) > 4 and max(alone) <= run.FEW
 
