@@ -156,8 +156,9 @@ def _named(function: Callable[..., Any], title: str | None, kind: str) -> Callab
                 own = own.removesuffix("_system").removesuffix("_batch")
                 for name in kwargs:
                     if name not in names:
+                        alike = [x for x in names if x in name.split("_")] or names  # time_step is step
                         raise ArgumentError(
-                            f"Expected an argument of {own}, got '{name}='; {nearest(name, names)}"
+                            f"Expected an argument of {own}, got '{name}='; {nearest(name, alike)}"
                         ) from None
                 such_as = _example(function, own, kind == "method")
                 raise ArgumentError(f"Expected {own}({', '.join(names)}): {wrong}.{such_as}") from None

@@ -274,6 +274,10 @@ def test_arguments_that_a_function_does_not_have(pendulum):
             lambda: fb.simulate(s, 1, tolerence=1),
             "argument of simulate, got 'tolerence='; did you mean 'tolerance'?",
         ),
+        (
+            lambda: fb.simulate(s, 1, time_step=0.01),
+            "argument of simulate, got 'time_step='; did you mean 'step'?",
+        ),
         (lambda: fb.sweep(s, {"x": [1]}, until=1, output="x"), "'output='; did you mean 'outputs'?"),
         (lambda: fb.compile(s, thread=2), "argument of compile, got 'thread='; did you mean 'threads'?"),
         # all public functions and classes, solids and shapes among them, without a word in their own files

@@ -12,6 +12,7 @@ from typing import Any
 
 from ...errors import ModelError
 from ...scalar.algebra import HALF, Scalar
+from ..constants import default_value
 from ..joints.joint import Joint
 from ..part import Constant
 from .action import Action, JointForce
@@ -37,10 +38,17 @@ class JointStop(Load, kind="joint_stop"):
     switches = ("touches", "leaves")
 
     def check(self) -> None:
-        """Refuse a displacement that the joint does not have, and a stop at no end."""
+        """Refuse a displacement that the joint does not have, a stop at no end, and one that pulls or drives."""
         check_displacement(self.joint, self.index, self.title)
         if self.low is None and self.high is None:
             raise ModelError(f"{self.heading} stops nothing. Give low= or high=, or both.")
+        for name in ("stiffness", "damping"):
+            value = default_value(self.joint.parent.system, getattr(self, name))
+            if value is not None and value < 0:
+                raise ModelError(
+                    f"Expected 0 or more for {name}= of {self.title}, got {value:g}. A stop pushes its joint back and "
+                    "takes energy; what pulls or drives is a spring or a force."
+                )
 
     @property
     def is_conservative(self) -> bool:

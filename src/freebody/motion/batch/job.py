@@ -23,6 +23,7 @@ from ..ending import End
 from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
+from ..kernels.sides import sides_of
 from ..legs.blow import blows_of
 from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
@@ -273,6 +274,7 @@ def job_of(request: Request, count: int | None = None) -> Job:
     if (
         unknowns or model.contacts or model.controllers or blows or not has_lanes(method) or is_large(model)
         or (method == "taylor" and (begin == end or kernels.size == 0)) or job.over_links
+        or (model.signals and sides_of(kernels) is not None)
     ):  # fmt: skip
         if method == "timestepping" and "work_rate" in asked_outputs.values:
             raise SimulationError(

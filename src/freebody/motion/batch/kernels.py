@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy
 from ...dynamics.conditions.constrained import moved_onto
 from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import ExpressionError
@@ -19,11 +19,11 @@ from ...program.fixed import Fixed
 from ...program.kernels import KernelSet, compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward
-from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
 from ..kernels.redundant_conditions import redundant_conditions
+from ..kernels.sides import SidedTape, Sides, sides_of, unsided
 from ..trajectory.outputs import ENERGIES, OfReaction, Quantity
 
 
@@ -40,22 +40,25 @@ class BatchProgram:
 
     ``compiled``   rates (for `taylor` the series instead, or both if the rates may bend), energy, outputs, reduced,
                    watched and, if there are any, projection, dropped, tangent
-    ``watched``    number of event functions: events, then rates of the quantities with extremes
+    ``watched``    number of event functions: events, then rates of the quantities with extremes, then the e of the laws
+                   that switch (`kernels.sides`), whose sides follow the parameters
+    ``sides``      these laws, or None
     ``dropped``    number of residuals that must stay zero
     """
 
     compiled: KernelSet | Fixed
     watched: int
     dropped: int
+    sides: Sides | None = None
+
+    @property
+    def laws(self) -> int:
+        """Number of laws that switch."""
+        return 0 if self.sides is None else len(self.sides.laws)
 
     def address(self, name: str) -> int:
         """Address of a kernel, 0 if there is none."""
         return int(self.compiled[name].address) if name in self.compiled.kernels else 0
-
-    @property
-    def switches(self) -> bool:
-        """True if the rates contain a law that switches."""
-        return "rates" in self.compiled.kernels and "sign" in self.compiled["rates"].operations
 
     @property
     def room(self) -> int:
@@ -100,10 +103,13 @@ def _recorded(
     kernels: Kernels, outputs: Sequence[Quantity], reduced: Sequence[Quantity],
     events: Sequence[Expression | OfLimit], tangent: bool, series: bool, wide: bool,
 ) -> BatchProgram:  # fmt: skip
-    model, tape = kernels.model, Tape()
-    state = traced_state(model, tape)
+    model, sides = kernels.model, sides_of(kernels)
+    tape, state, parameters = (kernels if sides is None else sides.kernels()).recorded()
     moving = motion(model, state, kernels.active)
     power = total_power(model, state, moving)
+    laws: list[Scalar] = []
+    if isinstance(tape, SidedTape):  # what is observed switches by itself
+        laws, state = [e for _, e in tape.sides.values()], unsided(state)
     energy = [kinetic_energy(model, state), potential_energy(model, state)]
     y = [*state.q, *state.u]
     rates = [*coordinate_rates(model, state), *moving.udot]
@@ -129,7 +135,7 @@ def _recorded(
 
     quantities = [value(x) for x in reduced]
     changes = forward(tape, quantities, [state.t, *y], [1, *rates])
-    watched = [*map(value, events), *changes]
+    watched = [*map(value, events), *changes, *laws]
     functions: dict[str, Sequence[Any]] = {
         **({"series": rates} if series else {}),
         **({} if series and not may_bend(kernels) else {"rates": rates}),
@@ -148,13 +154,12 @@ def _recorded(
         along = [tape.input(f"direction {i}") for i in range(len(y))]
         functions["tangent"] = forward(tape, rates, y, along)
         inputs += along
-    parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-    limits_only = bool(events) and not reduced and all(isinstance(x, OfLimit) for x in events)
+    limits_only = bool(events) and not reduced and not laws and all(isinstance(x, OfLimit) for x in events)
     wide_names = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
     batch = [name for name in wide_names if wide and name in functions]
     more = {"series": len(y)} if series else {}
     compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
-    return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))
+    return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())), sides)
 
 
 def state_of(model: Any, field: Any, columns: Mapping[str, Any]) -> State:

@@ -24,8 +24,6 @@ from .kernels import BatchProgram
 from .results import LANE_BY_LANE, Results
 from .threads import share
 
-BEFORE_SWITCHING = 20_000
-"""Steps of a lane with a law that switches, after which it runs alone: a single run stops if it sticks on the law."""
 LARGEST_BLOCK = 1 << 26
 """Bytes of results that are held before they are stored."""
 
@@ -45,7 +43,7 @@ class LaneLoop:
         kernels = job.kernels
         self.wide = job.wide(method)
         self.program = program = program or job.program(method)
-        self.limit = min(job.most_steps, BEFORE_SWITCHING) if program.switches else job.most_steps
+        self.limit = job.most_steps
         self.n = kernels.size
         m, watched = len(job.expressions), program.watched
         spans, self.columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
@@ -54,7 +52,8 @@ class LaneLoop:
         self.until_stiff = until_stiff
         negligible, rates = [-1] * job.limits, [0] * (watched - m)
         self.directions = [*(x.direction for x in job.specs), *negligible, *rates]
-        self.terminal = [*(x.terminal for x in job.specs), *[0] * (watched - len(job.specs))]
+        others = watched - len(job.specs) - program.laws
+        self.terminal = [*(x.terminal for x in job.specs), *[0] * others, *[1] * program.laws]
         backwards = job.end < job.begin
         self.order = np.argsort(-job.times if backwards else job.times, kind="stable")
         self.times = job.times[self.order]
@@ -65,7 +64,8 @@ class LaneLoop:
         job, program, outputs = self.job, self.program, self.job.outputs
         model, times = job.kernels.model, self.times.size if outputs.timed else 0
         batch = at.Batch.made(
-            n_parameters=len(model.parameters), spare_size=max(2, self.n, len(outputs.reduced), program.dropped),
+            n_parameters=len(model.parameters) + program.laws,
+            spare_size=max(2, self.n, len(outputs.reduced), program.dropped),
         )  # fmt: skip
         batch.prologue = program.compiled._prologue.address
         for name, kernel in (
@@ -163,9 +163,10 @@ class LaneLoop:
         initial = np.zeros((n, self.n))
         initial[:, : job.states.shape[1]] = job.states[lanes] if len(job.states) > 1 else job.states
         parameters = job.lanes.parameters(lanes)
+        sides = self._sides(parameters, initial)
         new = job.results(0, n)
         batch, *lanes_of_thread = memory
-        batch.initial, batch.parameters = initial, parameters
+        batch.initial, batch.parameters = initial, np.concatenate([parameters, sides], axis=1)
         batch.values, extremes = new.values.reshape(-1), np.full((4, n, len(job.outputs.reduced)), np.nan)
         batch.greatest, batch.smallest, batch.first, batch.last = extremes
         batch.event_times, batch.event_counts = new.event_times.reshape(-1, 2), new.counts.reshape(-1)
@@ -178,6 +179,8 @@ class LaneLoop:
         batch.ends = new.end_times
         first, last = lanes_of_thread
         self.function(0, n, batch, first, last)
+        if self.program.laws:
+            new.status[self._switched(new, sides)] = End.RELEASED
         others = np.flatnonzero(new.status != End.FINISHED)
         # behind the events and all limits of one-sided forces come the rates of quantities with extremes
         rates_begin = len(job.expressions)
@@ -196,6 +199,21 @@ class LaneLoop:
         results.reduced[rows] = np.moveaxis(extremes, 0, -1)
         for name in LANE_BY_LANE:
             getattr(results, name)[rows] = getattr(new, name)
+
+    def _sides(self, parameters: Array, initial: Array) -> Array:
+        """Return the sides of the laws of each lane at its start."""
+        sides, count = self.program.sides, self.program.laws
+        result = np.zeros((len(parameters), count))
+        if sides is not None:
+            for k, numbers in enumerate(parameters):
+                result[k] = sides.start(self.job.begin, initial[k], numbers)
+        return result
+
+    def _switched(self, new: Results, sides: Array) -> NDArray[np.bool_]:
+        """Return the lanes in which a law switches, which run alone."""
+        terminal = [k for k, spec in enumerate(self.job.specs) if spec.terminal]
+        own = (new.event_times[:, terminal, 1] == new.end_times[:, None]).any(axis=1)
+        return (sides == 0).any(axis=1) | (new.status == End.TERMINAL) & ~own
 
     def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:
         """Run lanes, given by number."""

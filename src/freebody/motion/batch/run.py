@@ -64,8 +64,8 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
         job.kernels.active and job.request.step is None
     ):  # a single run has a step across positions that are singular
         lost = (*lost, *BLAMED)
-    if loop.limit < job.most_steps:  # a single run sees whether it sticks on a law that switches
-        lost = (*lost, End.TOO_MANY_STEPS, End.COLLAPSED)
+    if loop.program.laws:  # a single run goes on with the other side of a law that switches
+        lost = (*lost, End.RELEASED)
     try:
         loop.run(lanes, between)
         stiff = np.flatnonzero(status == End.STIFF)

@@ -70,9 +70,10 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
                 if answer == event_run.PAUSE or it.stop:
                     between(it.t)
                 answered(work, answer)
-                few = min(2 * few, event_run.NO_PAUSE)
-                it.budget = few
-                if answer == event_run.PAUSE and between.is_long:
+                long = between.is_long
+                few = few if long else min(2 * few, event_run.NO_PAUSE)
+                it.budget = few  # a thread for the few stages after each answer would take longer than these
+                if answer == event_run.PAUSE and long:
                     it.budget = event_run.NO_PAUSE
                     answer = between.result(lambda: it.t, loop, it, memory.steps, memory.problem)
                 else:

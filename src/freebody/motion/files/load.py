@@ -303,15 +303,14 @@ def _segments(
         if any(not 0 <= c.number < len(about["specs"]) for c in crossings):
             raise ValueError("it has crossings of events that it does not name")
         own_kernels = _kernels(kernels, entry)
-        of_path, numbers = with_signs(rates_of, common, entry.get("signs", ()))
         parameters = switched[k] if switched is not None and entry["switched"] else None
-        path = object.__new__(PATHS[entry["way"]])
-        recipe = _recipe(
-            of_path if own_kernels is kernels else own_kernels,
-            numbers if parameters is None else parameters,
-            entry,
-            width,
+        of_path, numbers = with_signs(
+            rates_of if own_kernels is kernels else own_kernels,
+            common if parameters is None else parameters,
+            entry.get("signs", ()),
         )
+        path = object.__new__(PATHS[entry["way"]])
+        recipe = _recipe(of_path, numbers, entry, width)
         accuracy = (None if x is None else np.broadcast_to(x, width).astype(float)
                     for x in about["accuracies"][entry["accuracy"]])  # fmt: skip
         path.__dict__.update(

@@ -25,6 +25,8 @@ from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.course import Leap, Touching
+from ..kernels.methods import made_by
+from ..kernels.sides import SidedKernels
 from ..legs.sided_variation import SidedVariation
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
@@ -207,12 +209,16 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
 
 
 def _signs(path: Any) -> list[float]:
-    """Return the signs of loads that switch in a segment with derivatives, which follow its parameters."""
+    """Return the signs of laws that switch in a segment, which follow its parameters; 0 of a law left as it is."""
     make, *arguments = path.rates.recipe or (None,)
-    variation = getattr(make, "__self__", None)
-    if not isinstance(variation, SidedVariation):
+    source = arguments[0] if make is made_by else getattr(make, "__self__", None)
+    numbers = arguments[1] if make is made_by else arguments[0] if arguments else ()
+    if isinstance(source, SidedVariation):
+        return list(map(float, numbers[len(source.kernels.model.parameters) :]))
+    if not isinstance(source, SidedKernels):
         return []
-    return list(map(float, arguments[0][len(variation.kernels.model.parameters) :]))
+    signs = map(float, numbers[len(source.model.parameters) :])
+    return [0.0 if k in source.free else sign for k, sign in enumerate(signs)]
 
 
 def _bytes(text: str) -> Any:

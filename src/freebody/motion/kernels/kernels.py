@@ -142,6 +142,12 @@ class Kernels:
         """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
+    def recorded(self) -> tuple[Tape, State, list[Scalar]]:
+        """Return a new tape, the state on it, and the constants of a run: the parameters."""
+        tape = Tape()
+        state = traced_state(self.model, tape)
+        return tape, state, [state.values[parameter.symbol] for parameter in self.model.parameters]
+
     def program(
         self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
     ) -> Program:
@@ -151,9 +157,7 @@ class Kernels:
         ``functions``.
         """
         if key not in self.programs:
-            tape = Tape()
-            state = traced_state(self.model, tape)
-            parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
+            tape, state, parameters = self.recorded()
             extra_inputs = [tape.input(f"input {k}") for k in range(inputs)]
             outputs_by_name = {
                 name: list(outputs)

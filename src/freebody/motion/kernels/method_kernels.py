@@ -44,9 +44,8 @@ def tangent(kernels: Kernels) -> Program:
         along = Directions("rates", kernels.size)
         kernels.programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
     if "tangent" not in kernels.programs:
-        tape = Tape()
         model = kernels.model
-        state = traced_state(model, tape)
+        tape, state, parameters = kernels.recorded()
         moving = motion(model, state, kernels.active)
         outputs = [*coordinate_rates(model, state), *moving.udot]
         y = [*state.q, *state.u]
@@ -54,7 +53,6 @@ def tangent(kernels: Kernels) -> Program:
             outputs.append(total_power(model, state, moving))
             y.append(tape.input("work done"))
         v = [tape.input(f"direction {i}") for i in range(len(y))]
-        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         outputs_by_name = {"tangent": forward(tape, outputs, y, v)}
         kernels.programs["tangent"] = Program(
             compile_tape(tape, outputs_by_name, state.t, [*y, *v], parameters)
@@ -67,13 +65,12 @@ def series(kernels: Kernels) -> Program:
     (`program.series.jet`).
     """
     if "series" not in kernels.programs:
-        tape, model = Tape(), kernels.model
-        state = traced_state(model, tape)
+        model = kernels.model
+        tape, state, parameters = kernels.recorded()
         moving = motion(model, state, kernels.active)
         outputs = [*coordinate_rates(model, state), *moving.udot]
         if kernels.works:
             outputs.append(total_power(model, state, moving))
-        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         inputs = [*state.q, *state.u]
         kernels.programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
     return kernels.programs["series"]

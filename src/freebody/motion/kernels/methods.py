@@ -29,12 +29,11 @@ from ...errors import SimulationError, nearest
 from ...native import loop
 from ..ending import End
 from ..ode.dense_output import Path, Rates
-from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt
+from ..ode.integration import FINEST_OF_SUMS, Halt, Integration
 from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
 from ..ode.run import Branch
 from .kernels import Kernels
 from .program import Program
-from .switching_laws import sticking
 
 
 def methods() -> tuple[str, ...]:
@@ -136,8 +135,10 @@ class _Shortened(Exception):
 class Way:
     """The method and options of runs from several initial states. "auto" may change the method during a run.
 
-    ``options`` are further arguments of `Integration`.
+    ``options`` are further arguments of `Integration`; ``jumping`` is True if an event may jump (`sided_way`).
     """
+
+    jumping = False
 
     def __init__(
         self, kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates,
@@ -147,7 +148,6 @@ class Way:
         self.options = {"relative": relative, **options}
         finest = _finest(relative)
         self.may_change = method == "auto" and finest >= FINE
-        self.stick_halt = sticking(kernels, parameters)
         self.first = self.by(_of_accuracy(kernels, finest) if method == "auto" else method)
 
     def by(self, method: str, may_change: bool | None = None) -> Integration:
@@ -188,7 +188,7 @@ class Way:
         between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
         """Return the path of one run (`Integration.path`)."""
-        halt, callback = first_halt(halt, self.stick_halt), between
+        callback = between
         if self.may_change and self.first.method == "taylor" and halt is None:
             callback = self._compared(state, start, absolute, between)
         try:
@@ -199,6 +199,10 @@ class Way:
             return path
         # start again: a path has one method, and few steps are lost
         return self.by("radau", may_change=False).path(state, start, until, absolute, between, halt)
+
+    def paths(self, *arguments: Any) -> list[Path]:
+        """Return the path of one run, in one leg (`path`); a run with laws that switch has several (`SidedWay`)."""
+        return [self.path(*arguments)]
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:

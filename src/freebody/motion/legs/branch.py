@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from ..ode.dense_output import Array, Path, Rates, Sampler, cut, observe, projec
 from ..ode.integration import FINEST_OF_SUMS, Halt
 from ..start.loop_closure import Entries, names_of_dependent
 from ..trajectory.event import Happening
+from ..trajectory.phases import Phases, segments_of
 
 LIMIT = 0.2
 """Value of s below which a singular position is sought."""
@@ -55,8 +57,9 @@ INSIDE = np.arange(1, 16)[:, None] / 16
 SHORTER = 0.25
 """Part of a step that led over a position, which later steps do not exceed."""
 
-Leg = Callable[..., Path]
-"""(kernels, rates, state, start, end, halt) and, for a step across, its method and True if events are watched."""
+Leg = Callable[..., Any]
+"""(kernels, rates, state, start, end, halt) and, for a step across, its method and True if events are watched; the
+path, or `Phases` where laws switch. A step across is one path."""
 
 
 def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:
@@ -287,7 +290,7 @@ class Crossing:
         if sense * (until - position.meeting) <= 0:
             return [approach], []
         meeting, near = position.meeting, position.before
-        best: tuple[float, Path | None, Sampler] | None = None
+        best: tuple[float, Path | Phases | None, Sampler] | None = None
         last: Sampler | None = None
         for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
@@ -323,7 +326,8 @@ class Crossing:
         if sense * (step.end - until) >= 0:
             step = _until(step, until)
         self.behind = step.end
-        parts = [path for path in (approach, lead, step) if path is not None and path.steps]
+        leading = [] if lead is None else [segment.path for segment in segments_of(lead, kernels)]
+        parts = [path for path in (approach, *leading, step) if path.steps]
         passes = sense * (step.end - meeting) >= 0
         return parts, [_event(kernels, parameters, state, meeting)] if passes else []
 

@@ -18,7 +18,7 @@ from ...errors import ModelError, SimulationError
 from ..ending import End
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.kernels import Kernels
-from ..kernels.switching_laws import switching
+from ..kernels.sides import sides_of
 from ..ode.dense_output import Array, Rates, observe
 from ..ode.layout import EXPLICIT
 from ..start.loop_closure import nearly_dependent
@@ -168,12 +168,13 @@ def _undefined(trajectory: Trajectory, path: SampledPath, kernels: Kernels, spec
 
 
 def _stuck(path: SampledPath, kernels: Kernels) -> str:
-    laws = switching(kernels)
-    assert laws is not None
-    e = laws.texts[path.blame]
+    sides = sides_of(kernels)
+    assert sides is not None
+    e = sides.laws[path.blame].text
     return (
         f"it sticks at t = {path.end:.9g} s, where {e} = 0: a law with sign({e}) drives it back from either side, and "
-        "states no force that holds it there. Friction that holds is that of a contact, s.contact(..., friction=mu). "
+        "states no force that holds it there. Friction that holds is that of a joint, s.friction(..., force=F) or "
+        "torque=T, or of a contact, s.contact(..., friction=mu). "
         f"Or give the jump a width of your choice, tanh(({e})/width), or stop there with a terminal event."
     )
 

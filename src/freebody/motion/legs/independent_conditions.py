@@ -66,14 +66,14 @@ class Holding:
         return np.inf if self.crossing is None else self.crossing.longest
 
     def path(
-        self, leg: Callable[..., Path], parameters: Array, rates: Rates, y: Array, start: float, until: float,
+        self, leg: Callable[..., Path | Phases], parameters: Array, rates: Rates, y: Array, start: float, until: float,
         work: float = 0.0, watched: bool = True,
     ) -> Path | Phases:  # fmt: skip
         """Return the path from a state, in segments if conditions have changed.
 
         Parameters
         ----------
-        leg              (kernels, rates, state, start, end, halt, method) -> Path
+        leg              (kernels, rates, state, start, end, halt, method) -> Path, or Phases where laws switch
         rates            right-hand side with the conditions that were active at the start
         work             work of blows until now
         watched          True if the leg looks for events
@@ -88,7 +88,11 @@ class Holding:
             change = self._halt(parameters, current)
             near = None if crossing is None else crossing.halt(kernels, current)
             longest = self.longest
-            part = leg(kernels, current, y, start, until, first_halt(near, change))
+            *before, last = segments_of(
+                leg(kernels, current, y, start, until, first_halt(near, change)), kernels, work
+            )
+            segments += before
+            part = last.path
             if crossing is not None and crossing.ahead is not None and part.status == End.RELEASED:
                 parts, happenings = crossing.across(leg, kernels, parameters, current, part, until, watched)
                 segments += [Segment(path, kernels, work) for path in parts]

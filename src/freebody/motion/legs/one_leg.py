@@ -11,12 +11,14 @@ from typing import Any
 
 from ..ending import FAILED, End
 from ..kernels.methods import Way
+from ..kernels.sided_way import SidedWay, way_of
 from ..kernels.switches import switches
 from ..ode import layout, loops
 from ..ode.dense_output import Rates
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
 from ..trajectory.in_legs import ONE_LEG
+from ..trajectory.phases import joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .branch import meeting, meets
@@ -60,7 +62,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     way = _way(problem, parameters, rates)
     passing = kernels.active and request.step is None
     halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
-    path = way.path(state, p.begin, p.end, absolute, between, halt)
+    path = joined(way.paths(state, p.begin, p.end, absolute, between, halt), kernels)
     if passing and (
         path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
     ):
@@ -71,14 +73,14 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     return trajectory
 
 
-def _way(problem: Problem, parameters: Any, rates: Rates) -> Way:
+def _way(problem: Problem, parameters: Any, rates: Rates) -> Way | SidedWay:
     """Return the way of a run; that of the last run with the same numbers and options serves again."""
     p, request, kernels = problem, problem.request, problem.kernels
     options = request.method, request.tolerance, request.longest_step, p.most_steps
     again = not p.specs and request.step is None and isinstance(request.tolerance, float)
-    way: Way | None = rates.ways.get(options) if again else None
+    way: Way | SidedWay | None = rates.ways.get(options) if again else None
     if way is None:
-        way = Way(
+        way = way_of(
             kernels, parameters, request.method, rates, p.tolerances, step=request.step,
             max_step=request.longest_step, max_steps=p.most_steps,
             watch=watching(kernels, parameters, p.specs, p.expressions),

@@ -40,7 +40,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
 from ..trajectory.in_legs import InLegs
 from ..trajectory.outputs import outputs_of
-from ..trajectory.phases import Phases, Segment
+from ..trajectory.phases import joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
@@ -132,10 +132,9 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
     make = _Legs(problem, variation, parameters, method, between, absolute)
     paths = make.paths(y, rates, relative)
-    path = (
-        paths[0] if len(paths) == 1 else Phases([Segment(part, kernels) for part in paths], paths[-1].status)
+    return Trajectory(
+        *p.outcome(joined(paths, kernels)), course=InLegs(derivatives=Derivatives(variation, shifts))
     )
-    return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
 @dataclass(frozen=True, eq=False)

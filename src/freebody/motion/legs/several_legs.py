@@ -13,14 +13,15 @@ import numpy as np
 
 from ..ending import FAILED
 from ..kernels.kernels import Kernels
-from ..kernels.methods import Way, first_method
+from ..kernels.methods import first_method
+from ..kernels.sided_way import way_of
 from ..ode import loops
 from ..ode.dense_output import Array, Path, Rates, Watch
 from ..ode.integration import Halt
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import Happening
 from ..trajectory.in_legs import InLegs
-from ..trajectory.phases import Phases
+from ..trajectory.phases import Phases, joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .blow import Blow, blows_of, struck_path, watching_blows, watching_specs
@@ -139,7 +140,7 @@ class _Part:
     def __call__(
         self, kernels: Kernels, rates: Rates, state: Array, start: float, until: float, halt: Halt | None,
         method: str | None = None, watched: bool = True,
-    ) -> Path:  # fmt: skip
+    ) -> Path | Phases:  # fmt: skip
         """Return the path from a state."""
         legs, request = self.legs, self.legs.problem.request
         step, finer = request.step, legs.conditions.finer
@@ -147,10 +148,10 @@ class _Part:
         if method is not None:  # across a position in which conditions are dependent: one step
             step, longest, finer = abs(until - start), math.inf, 1.0
         options = self.options if watched else {**self.options, "watch": None}
-        way = Way(
+        way = way_of(
             kernels, self.parameters, method or self.method, rates, finer * legs.problem.tolerances, step=step,
             max_step=longest, max_steps=legs.remaining_steps, **options,
         )  # fmt: skip
-        path = way.path(state, start, until, finer * legs.absolute, legs.between, halt)
+        path = joined(way.paths(state, start, until, finer * legs.absolute, legs.between, halt), kernels)
         legs.remaining_steps -= path.steps
         return path

@@ -15,33 +15,14 @@ from ...dynamics import State
 from ...dynamics.motion import motion
 from ...program.kernels import compile_tape
 from ...scalar.algebra import Scalar
-from ...scalar.trace import Tape, Traced
+from ...scalar.trace import Tape
+from ..kernels.kernels import Kernels
 from ..kernels.program import Program
+from ..kernels.sides import SidedTape, Sides, sides_of
 from ..kernels.switches import value_of
 from ..ode.dense_output import Array, Rates, Watch
 from .switch_slopes import SwitchingLaws, law_outputs, laws_of, switching_laws
 from .variation import Functions, Variation
-
-
-class SidedTape(Tape):
-    """A tape whose signs are inputs while it is ``sided``; ``sides`` are these inputs with their e."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.sided = False
-        self.sides: dict[int, tuple[Traced, Traced]] = {}
-
-    def apply(self, function: str, *arguments: Scalar) -> Scalar:
-        """Return a function of scalars, a sign as an input."""
-        x = arguments[0]
-        if not self.sided or function != "sign" or not isinstance(x, Traced):
-            return super().apply(function, *arguments)
-        if x.minus is not None:
-            return -self.apply(function, x.minus)
-        e = self.node(x)
-        if e.index not in self.sides:
-            self.sides[e.index] = self.input(f"side {len(self.sides)}"), e
-        return self.sides[e.index][0]
 
 
 class SidedVariation(Variation):
@@ -111,7 +92,7 @@ class SidedVariation(Variation):
 
 
 def with_signs(source: Any, parameters: Array, given: Sequence[Any]) -> tuple[Any, Array]:
-    """Return programs with derivatives, and parameters followed by the signs of a leg, if a file gives any.
+    """Return programs, and parameters followed by the signs of a leg, if a file gives any.
 
     Raises
     ------
@@ -119,9 +100,17 @@ def with_signs(source: Any, parameters: Array, given: Sequence[Any]) -> tuple[An
         They are not those of the loads of the machine that switch.
     """
     signs = np.array(given, dtype=float)
-    if not isinstance(source, Variation) or not signs.size:
+    if not signs.size or not isinstance(source, Variation | Kernels):
         return source, parameters
-    laws = switching_laws(source, parameters)
-    if laws is None or signs.shape != (len(laws.texts),) or not (np.abs(signs) == 1).all():
+    laws: SwitchingLaws | Sides | None
+    if isinstance(source, Variation):
+        laws, allowed = switching_laws(source, parameters), [-1, 1]
+    else:
+        laws, allowed = sides_of(source), [-1, 0, 1]
+    if laws is None or signs.shape != (len(laws.texts),) or not np.isin(signs, allowed).all():
         raise ValueError("the signs of its loads are not those of the machine")
-    return SidedVariation(source.kernels, source.unknowns), np.concatenate([parameters, signs])
+    numbers = np.concatenate([parameters, signs])
+    if isinstance(source, Variation):
+        return SidedVariation(source.kernels, source.unknowns), numbers
+    assert isinstance(laws, Sides)
+    return laws.kernels(frozenset(np.flatnonzero(signs == 0).tolist())), numbers

@@ -85,7 +85,9 @@ class Rates:
 class Watch:
     """Event functions g(t, y, c) as machine code; for each a direction, -1, 0 or +1, and whether it is terminal.
 
-    If ``constants`` is None, they are those of the rates. The run stops if a function has no value.
+    If ``constants`` is None, they are those of the rates. The run stops if a function has no value, except the last
+    ones, so many as ``guarded``: a step is taken again where the run has no such zero, but its dense output has one.
+    ``functions`` are what the machine code computes.
     """
 
     address: int
@@ -93,6 +95,8 @@ class Watch:
     terminal: tuple[bool, ...]
     constants: Array | None = None
     keep: Any = None
+    guarded: int = 0
+    functions: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,7 @@ class Path:
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run. ``lengths`` (m)
     are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
-    cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
+    cause of a failed run: of an event function for the status UNDEFINED, of a law (`sides`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
     the steps that the stability of an explicit method limited. ``step`` is the memory of a method of
     `layout.SINGLE_STEPS` with its step, from which its states are sampled.

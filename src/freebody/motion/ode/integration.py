@@ -214,7 +214,7 @@ class _Run:
         self.shape = shape
         method, n, m = shape
         self.record, self.own = record, _ = memory(*shape)
-        self.n, self.m, self.address = n, m, record.address
+        self.n, self.m, self.address, self.required = n, m, record.address, m
         self.bytes = record.memory.data.cast("B")
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
@@ -242,6 +242,8 @@ class _Run:
                 search.functions = watch.address
                 search.c = rates.constants if watch.constants is None else watch.constants
                 search.directions[:], search.terminal[:] = watch.directions, watch.terminal
+                search.guarded = watch.guarded
+                self.required = self.m - watch.guarded
             self.relative[:] = common.relative
             self.function = loops.use(common.method, self.m > 0)
         if self.absolute_of is not absolute:
@@ -256,7 +258,7 @@ class _Run:
         self.initial[:] = state
         _PACKED.pack_into(
             self.bytes, _NUMBERS_AT, start, first, 0.0, until, common.max_step, start, *_NO_COUNTS,
-            common.until_stiff, common.step is not None, self.m,
+            common.until_stiff, common.step is not None, self.required,
         )  # fmt: skip
         self.counts = _NO_COUNTS
 

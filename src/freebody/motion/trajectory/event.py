@@ -195,7 +195,9 @@ def watching(
     observer = kernels.expressions(tuple(expressions))
     directions, terminal = (tuple(spec.direction for spec in specs), tuple(spec.terminal for spec in specs))
     constants = observer.constants(parameters)
-    return Watch(observer.address("values"), directions, terminal, constants, observer)
+    return Watch(
+        observer.address("values"), directions, terminal, constants, observer, functions=tuple(expressions)
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=64)

@@ -170,3 +170,10 @@ class Phases:
 def segments_of(path: SampledPath, kernels: Any, impulses: float = 0.0) -> Sequence[Segment]:
     """Return the segments of a path; a plain path becomes one segment."""
     return path.segments if isinstance(path, Phases) else (Segment(cast(Path, path), kernels, impulses),)
+
+
+def joined(paths: Sequence[Path], kernels: Any) -> Path | Phases:
+    """Return the path of a run in one leg, or the legs of a run with the same programs."""
+    if len(paths) == 1:
+        return paths[0]
+    return Phases([Segment(path, kernels) for path in paths], paths[-1].status)

@@ -176,6 +176,15 @@ def test_a_machine_with_it_is_drawn():
     ("call", "message"),
     [
         (lambda s, p: s.stop("x", p), "Stop 'x' stops nothing. Give low= or high=, or both."),
+        (
+            lambda s, p: s.stop("x", p, high=1, stiffness=-5),
+            "Expected 0 or more for stiffness= of stop 'x', got -5. A stop pushes its joint back and takes energy; "
+            "what pulls or drives is a spring or a force.",
+        ),
+        (
+            lambda s, p: s.stop("x", p, high=1, stiffness=5, damping=-0.5),
+            "Expected 0 or more for damping= of stop 'x', got -0.5.",
+        ),
         (lambda s, p: s.stop("x", p, low=2, high=1), "Expected low below high for stop 'x', got 2 and 1."),
         (lambda s, p: s.stop("x", p, low=0, restitution=2), "for stop 'x', got 2."),
         (lambda s, p: s.stop("x", p, low=0, damping=1), "Stop 'x' has a damping but no stiffness."),

@@ -150,6 +150,34 @@ def test_the_keyboard_interrupts_a_machine_that_rattles_within_a_tenth_of_a_seco
     assert min(waited) < 0.1
 
 
+def test_pieces_without_a_thread_stay_short(monkeypatch):
+    """A log that is full is answered between pieces: what follows each answer holds the main thread for a moment."""
+    from freebody.motion.contact import run
+
+    monkeypatch.setattr("freebody.motion.trajectory.progress.SHORT", -1.0)
+    budgets, code = [], run.code
+
+    def recorded(name):
+        loop = code(name)
+
+        def call(it, *others):
+            budgets.append(int(it.budget))
+            return loop(it, *others)
+
+        return call if name == "go_on" else loop
+
+    monkeypatch.setattr(run, "code", recorded)
+    s = fb.System("rattle")
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.contact("floor", ball.point(0, 0, 0), s.ground.plane(), restitution=1)
+    ceiling = s.ground.plane(at=(0, 1, 0), normal=(0, -1, 0))
+    s.contact("ceiling", ball.point(0, 0, 0), ceiling, restitution=1)
+    fb.simulate(s, 100, initial={"y": 0.5, "y'": 30})
+    alone = [budget for budget in budgets if budget < event_run.NO_PAUSE]
+    assert len(budgets) > len(alone) + 3 and len(alone) > 4 and max(alone) <= run.FEW
+
+
 def test_the_timeline_says_where_limits_of_open_forces_are_not_watched():
     """A change of modes is logged with `HELD_OPEN` there: the rest is named, and the moment that ends it."""
     s = fb.System("bowling")
