@@ -51,10 +51,7 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
         if name not in answers
     }
     if meant:
-        lines = (
-            symbols.formula(f"{label_latex(name)} = {x.latex}", [x.text])
-            for name, x in meant.items()
-        )
+        lines = (symbols.formula(f"{label_latex(name)} = {x.latex}", [x.text]) for name, x in meant.items())
         rows.append(f'<tr class="set"><td></td><td colspan="{len(head) - 1}">where{"".join(lines)}</td></tr>')
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
