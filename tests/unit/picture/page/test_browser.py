@@ -350,7 +350,8 @@ def test_the_time_bar_has_modes_and_events(browser, bouncing):
     # the title of the marks is that of the event under the pointer
     at = browser.value("""(m => {
         const r = m.ownerSVGElement.getBoundingClientRect();
-        m.dispatchEvent(new PointerEvent('pointermove', { clientX: r.left + r.width * freebody.motion.scene.events[0][0] / 2 }));
+        const clientX = r.left + r.width * freebody.motion.scene.events[0][0] / 2;
+        m.dispatchEvent(new PointerEvent('pointermove', { clientX }));
         return m.textContent;
     })(document.querySelector('.timeline .mark'))""")
     assert at.startswith("t = 0.24") and "impact" in at
