@@ -17,6 +17,7 @@ from freebody.describe.description import names_of
 from freebody.errors import FreebodyError
 from freebody.gallery import Outcome, entries
 from freebody.gallery.tools.case import TOLERANCE
+from freebody.scalar.element import is_zero
 
 Closed = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
@@ -108,7 +109,7 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
         formula = answer.formula
         for short, meaning in answer.where.items():  # earlier abbreviations may contain later ones
             if short not in atoms:
-                formula = formula.xreplace({sympy.Symbol(short, real=True): meaning})
+                formula = formula.xreplace({x: meaning for x in formula.free_symbols if x.name == short})
         difference = sympy.sympify(formula - expected[key])
         left = e.ring.from_sympy(difference)
         # arccos(4/7) and arctan(√33/4) are one number, which no ring of these functions knows: 50 digits tell
@@ -116,7 +117,7 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
         places = [
             {x: sympy.Rational(3 * j + k, 11 + j) for j, x in enumerate(names)} for k in (1, 2, 4, 5, 7)
         ]
-        same = left == 0 or (
+        same = is_zero(left) or (
             difference.has(sympy.asin, sympy.acos)
             and all(abs(sympy.N(difference.subs(at), 60)) < sympy.Rational(1, 10**50) for at in places)
         )

@@ -276,7 +276,7 @@ class Page:
             if answer.formula is not None:
                 formula = self.symbols.formula(answer.latex) if answer.latex else escape(answer.text)
                 rows.append(f'<tr class="formulas"><td></td><td colspan="2"><div>{formula}</div></td></tr>')
-            meant |= answer.meanings
+            meant |= {name: x for name, x in answer.meanings.items() if name not in self.outcome.answers}
         head = "<thead><tr><th>Key</th><th>Question</th><th>Value</th></tr></thead>"
         body = "\n".join(rows)
         parts = ["## Answers\n", _html(f'<table class="answers">{head}<tbody>\n{body}\n</tbody></table>')]

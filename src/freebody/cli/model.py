@@ -52,6 +52,7 @@ class FileEntry:
     drawn: Mapping[str, Any] = field(default_factory=dict)
     enlarged: Mapping[str, float] = field(default_factory=dict)
     blows: None = None
+    names: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def start(self) -> Mapping[str, Any]:

@@ -72,6 +72,7 @@ def report(
         equations=equations,
         live=kind == "live",
         drawn=entry.drawing(outcome.values),
+        names=entry.names,
     )
     size = target.stat().st_size
     click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

@@ -170,11 +170,9 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
                 formulas.append(f"  {key} = {answer.text}")
                 meanings |= answer.meaning
     empty = ("",) if outcome.answers else ()
-    if meanings:
-        formulas += [
-            "where",
-            *(f"  {name} = {x}" for name, x in meanings.items() if name not in outcome.answers),
-        ]
+    legend = [f"  {name} = {x}" for name, x in meanings.items() if name not in outcome.answers]
+    if legend:
+        formulas += ["where", *legend]
     grid.row(*empty, "energy residual, relative", f"{residual:.1e}", "")
     grid.row(*empty, "wall time", f"{elapsed:.2f}", "s")
     grid.print()

@@ -101,7 +101,8 @@ def solve(case: Case) -> Solved:
         ),
         "t_c": case.formula(
             "time until the spin has fallen to it",
-            sympy.log(case.atoms["Omega_0"] / critical) / decay, "s", "fb.equations(s).motion of O_wz, integrated",
+            sympy.log(case.atoms["Omega_0"] / sympy.Symbol("Omega_c", real=True)) / decay, "s",
+            "fb.equations(s).motion of O_wz, integrated", where={"Omega_c": critical},
         ),
     }  # fmt: skip
     fallen = [fb.event("1 - 2*(O_e1^2 + O_e2^2) - cos(theta_1)", "fallen", -1, terminal=True)]
@@ -172,4 +173,5 @@ SLEEPING_TOP = Entry(
     solve,
     until=14.0,
     start=START,
+    names={"I_xi": "m*(R**2/4 + L**2)", "I_zeta": "m*R**2/2"},
 )

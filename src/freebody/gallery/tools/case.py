@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ import sympy
 import freebody as fb
 
 from ...describe.description import about_of, names_of
+from ...symbolic.printing.closed.abbreviations import abbreviated, groups
 from ...symbolic.printing.display import displayed
 from ...symbolic.printing.show import text_of
 from .answer import Answer, Answers, Printed
@@ -30,7 +31,7 @@ SMOOTH = 2001
 class Case:
     """A system with values for its parameters.
 
-    ``case["m"]`` is the value of a parameter.
+    ``case["m"]`` is the value of a parameter; ``names`` are names for groups of parameters, used in the closed forms.
     """
 
     system: fb.System
@@ -38,6 +39,7 @@ class Case:
     until: float
     tolerance: float
     equations: Any
+    names: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def atoms(self) -> dict[str, Any]:
@@ -92,12 +94,29 @@ class Case:
         for name, meant in (where or {}).items():
             written_out = written_out.xreplace({self.atoms.get(name, sympy.Symbol(name, real=True)): meant})
         meant_by = {name: ring.from_sympy(meant) for name, meant in (where or {}).items()}
+        canonical, meant_by = self._named(canonical, meant_by)
         return Answer(
             question, self.number(written_out, at), unit, displayed(canonical, ring), how,
             Printed.closed(canonical, ring),
             {name: displayed(meant, ring) for name, meant in meant_by.items()},
             {name: Printed.closed(meant, ring) for name, meant in meant_by.items()},
         )  # fmt: skip
+
+    def _named(self, x: Any, meant_by: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+        """Return a closed form and its abbreviations with the groups of parameters named, and their meanings added.
+
+        What is a group itself keeps its parameters: it tells what the name means.
+        """
+        if x in self._groups.values():
+            return x, dict(meant_by)
+        sides = [(one, 0) for one in (x, *meant_by.values())]
+        shown, used = abbreviated(sides, self._groups, self.equations.ring, closed=True)
+        (x, _), *rest = shown
+        return x, {**{name: one for name, (one, _) in zip(meant_by, rest, strict=True)}, **used}
+
+    @cached_property
+    def _groups(self) -> dict[str, Any]:
+        return groups(self.equations, self.names)
 
     def equation(self, index: int, question: str) -> Answer:
         """Return an equation of motion as an answer whose value is its text; each side is in its closed form."""

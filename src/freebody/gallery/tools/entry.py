@@ -110,7 +110,7 @@ class Entry:
     modes : mapping, optional
         For machines with contacts: the contact modes of its equations, see :func:`freebody.equations`.
     names : mapping
-        Names for groups of parameters, with which its page prints the equations of motion.
+        Names for groups of parameters, with which equations of motion and closed forms are printed.
     fixed_values : mapping
         Values of coordinates, speeds and accelerations that these modes hold fixed; the free bodies are shown with
         them.
@@ -175,6 +175,7 @@ class Entry:
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
             fb.equations(model, modes=self.modes, **start),
+            self.names,
         )
         for name in self.positive:
             case.refuse_unless(name, case[name] > 0, f"{name} greater than 0")

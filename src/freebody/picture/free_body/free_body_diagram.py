@@ -9,9 +9,11 @@ This file is longer than others because one class lays out the panels, captions 
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -35,7 +37,7 @@ from ..paper.labels import size_of
 from ..paper.palette import GREY, INK, PAIRS
 from ..paper.placing import Placer
 from ..paper.sheet import Arrow, Box, Group, Label, Sheet, Style, box_of, moved, overlap
-from ..paper.view import View, view_of
+from ..paper.view import ASIDE, View, view_of
 from .contact_states import contact_states
 from .panel import LONGEST, SHORTEST, Panel
 
@@ -48,6 +50,12 @@ ROUND_OFF = 1e-10
 
 WIDE = 150.0
 """Length of the largest body on paper [pt]."""
+
+CROWDED, CLOSE = 10, 15.0
+"""More arrows than these on a body in space, at points less than this apart [pt]: it has a view and size of its own."""
+
+LARGER = 4 / 3
+"""Size of such a body, relative to the others."""
 
 LINE = 64
 """Most characters in a line of text below a diagram."""
@@ -156,6 +164,12 @@ def free_body_diagram(
     kinetic = name != "all" if kinetic is None else kinetic
     marks_of = {body_name: _marks_of(e, marks, body_name, kinetic, mode) for body_name in names}
     maker = _Maker(e, now, view, marks_of, mode, angles, dimensions, kinetic)
+    if name != "all" and maker.is_crowded(name):
+        aside = _Maker(
+            e, now, view_of(model, e, now.values, azimuth=ASIDE), marks_of, mode, angles, dimensions, kinetic
+        )
+        maker = max(maker, aside, key=lambda one: one.apart(name))
+        maker.size *= LARGER
     return Drawing(maker.exploded() if name == "all" else maker.single(name))
 
 
@@ -210,6 +224,17 @@ class _Maker:
                 self.greatest[mark.couple] = max(self.greatest[mark.couple], mark.value or 0.0)
         longest = self.greatest[False]
         self.unit = LONGEST / longest if mode == "scale" and longest > 0 else None
+        self.size = WIDE
+
+    def is_crowded(self, name: str) -> bool:
+        """Return True for a body in space with many arrows at points that are close to each other on paper."""
+        return not self.view.planar and len(self.marks[name][0]) > CROWDED and self.apart(name) < CLOSE
+
+    def apart(self, name: str) -> float:
+        """Return the least distance of two points at which arrows act on a body, on paper [pt]."""
+        points = np.unique(np.round([mark.point for mark in self.marks[name][0]], 9), axis=0)
+        page = self._scale([name]) * self.view(points)
+        return min((float(np.linalg.norm(p - q)) for p, q in combinations(page, 2)), default=math.inf)
 
     # -- sheets -------------------------------------------------------------------------------------
 
@@ -296,7 +321,7 @@ class _Maker:
     # -- parts --------------------------------------------------------------------------------------
 
     def _scale(self, names: Sequence[str]) -> float:
-        """Points per unit of length [pt/m], so that the largest body is ``WIDE`` on paper."""
+        """Points per unit of length [pt/m], so that the largest body has its size on paper."""
         longest = 0.0
         for name in names:
             R, p = self.now.posture(name)
@@ -306,7 +331,7 @@ class _Maker:
                 if piece.kind != "particle":
                     points += [*(p + piece.points() @ R.T)]
             longest = max(longest, float(np.ptp(self.view(np.array(points)), axis=0).max()))
-        return WIDE / longest if longest > 0 else 1.0
+        return self.size / longest if longest > 0 else 1.0
 
     def _panel(self, name: str, scale: float, marks: Sequence[Mark], kinetic: bool) -> Group:
         panel = Panel(

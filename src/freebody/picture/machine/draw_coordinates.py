@@ -28,6 +28,7 @@ SQUARE = 0.3
 
 def mark_coordinates(m: MachineDrawing) -> None:
     """Draw displacements and angles of the joints, and the axes of bodies that turn freely."""
+    shown: list[tuple[str, Array]] = []
     for name, joint in m.model.joints.items():
         for number in joint.links:
             link = m.model.links[number]
@@ -44,6 +45,11 @@ def mark_coordinates(m: MachineDrawing) -> None:
             ]
             # the angle with the shorter label: the absolute one, if that is what the coordinate measures
             best = min((angle for angle in angles if angle), key=lambda angle: len(angle[0][1]), default=[])
+            at = m.page(m.joints[name].point)
+            known = [q for tex, q in shown if best and tex == best[0][1]]
+            if any(float(np.linalg.norm(at - q)) < 1.0 for q in known):
+                continue  # the same angle about the same point
+            shown += [(tex, at) for _, tex, _ in best]
             _add_measures(m, best)
 
 

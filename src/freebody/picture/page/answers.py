@@ -7,6 +7,7 @@ from html import escape
 from typing import Any
 
 from ...scalar.digits import significant
+from ...symbolic.printing.latex import label_latex
 from .symbols import Symbols, in_powers
 
 
@@ -14,7 +15,7 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
     """Return answers as an HTML table, or the empty text if there are none.
 
     An answer is a value, a pair (value, unit), or an object with ``question``, ``value``, ``unit``, ``formula``
-    and ``latex``, such as an answer of the gallery.
+    and ``latex``, such as an answer of the gallery; below them stand the meanings of the abbreviations in formulas.
 
     >>> "<td>period</td>" in answers_table({"period": (2.5, "s")}, Symbols())
     True
@@ -43,6 +44,15 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
             rows.append(
                 f'<tr class="set"><td></td><td colspan="{len(head) - 1}">{symbols.formula(formula, code)}</td></tr>'
             )
+    meant = {
+        name: x
+        for answer in answers.values()
+        for name, x in getattr(answer, "meanings", {}).items()
+        if name not in answers
+    }
+    if meant:
+        lines = (symbols.formula(f"{label_latex(name)} = {x.latex}", [x.text]) for name, x in meant.items())
+        rows.append(f'<tr class="set"><td></td><td colspan="{len(head) - 1}">where{"".join(lines)}</td></tr>')
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
     table = f'<table class="answers"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'

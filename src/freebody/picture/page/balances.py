@@ -34,11 +34,12 @@ def balances(
     symbols: Symbols,
     shown: bool | None = None,
     drawn: Mapping[str, Any] | None = None,
+    names: Mapping[str, Any] | None = None,
 ) -> tuple[str, str]:
     """Return the drawing; diagrams and equations, for a motion with contacts in each of the modes that lasted longest.
 
     ``shown`` is whether to show them; by default those of machines of up to six speeds are, if they are no longer than
-    some pages. ``drawn`` holds the options of the drawings, as of :func:`freebody.draw`.
+    some pages. ``drawn`` holds the options of the drawings, as of :func:`freebody.draw`; ``names`` as `motion`.
     """
     options = {"values": trajectory.values, **(drawn or {})}
     model = trajectory.kernels.model
@@ -56,7 +57,7 @@ def balances(
     found = found or [(equations_of(model), "")]
     machine = _or_refusal(lambda: draw(found[0][0].model, **options).svg)
     drawing = f'<div class="machine"><h2>Drawing</h2>\n<figure>{machine}</figure>{said}</div>'
-    return drawing, "\n".join(_section(e, options, symbols, heading) for e, heading in found)
+    return drawing, "\n".join(_section(e, options, symbols, heading, names) for e, heading in found)
 
 
 def _other_values(values: Mapping[str, float], drawn: Mapping[str, Any], symbols: Symbols) -> str:
@@ -131,6 +132,7 @@ def _section(
     options: Mapping[str, Any],
     symbols: Symbols,
     heading: str = "",
+    names: Mapping[str, Any] | None = None,
 ) -> str:
     """Diagrams, free-body equations and equations of motion."""
     parts = [
@@ -140,7 +142,7 @@ def _section(
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
         parts.append(_or_refusal(partial(free_body, e, name, symbols)))
-    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: motion(e, symbols))]
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: motion(e, symbols, names))]
     return "\n".join(parts)
 
 

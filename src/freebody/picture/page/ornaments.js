@@ -25,7 +25,7 @@ function written(text) {
 }
 
 // Path of a point of a body: points at least ``distance`` apart, and for every keyframe the number of the last point.
-function trail(motion, body, local, distance, renderer) {
+function trail(motion, body, local, distance, renderer, old) {
   const { position, quaternion } = motion.bodies[body], n = motion.t.length, [a, b, c] = local;
   const points = new Float32Array(3 * n), number = new Int32Array(n), least = distance * distance;
   let count = 0;
@@ -43,27 +43,27 @@ function trail(motion, body, local, distance, renderer) {
     number[k] = count - 1;
   }
   const all = points.subarray(0, 3 * count);
-  return { points: all, path: renderer.path(all), number };
+  return { points: all, path: renderer.path(all, old), number };
 }
 
-// Points of all bodies at many times, from the ``far`` corners of each; the box that contains them; the greatest reach of the machine at one
-// time. Parts on the ground are in ``points``, but not in the box or the reach.
+// Points x, y, z, ... of all bodies at many times, from the ``far`` corners of each; the box that contains them; the greatest reach of the machine at
+// one time. Parts on the ground are in ``points``, but not in the box or the reach.
 function extent(motion, far, fixed) {
-  const points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
+  const step = Math.max(1, Math.floor(motion.t.length / 120)), times = Math.ceil(motion.t.length / step);
+  const points = new Float64Array(3 * (times * far.reduce((n, list) => n + list.length, 0) + fixed.length));
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  let reach = 0;
+  let reach = 0, count = 0;
   for (let n = 0; n < motion.t.length; n += step) {
     const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
     far.forEach((list, i) => {
       const m = motion.poseAt(i, n);
-      for (const local of list) {
-        const p = point(m, local);
-        points.push(p);
+      for (const [x, y, z] of list)
         for (let k = 0; k < 3; k++) {
-          least[k] = Math.min(least[k], p[k]);
-          most[k] = Math.max(most[k], p[k]);
+          const p = m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k];
+          points[count++] = p;
+          if (p < least[k]) least[k] = p;
+          if (p > most[k]) most[k] = p;
         }
-      }
     });
     for (let k = 0; k < 3; k++) {
       low[k] = Math.min(low[k], least[k]);
@@ -71,7 +71,7 @@ function extent(motion, far, fixed) {
     }
     reach = Math.max(reach, length(subtract(most, least)));
   }
-  points.push(...fixed);
+  points.set(fixed.flat(), count);
   return { low, high, reach, points };
 }
 

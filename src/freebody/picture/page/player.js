@@ -103,11 +103,11 @@ function player(root, scene, options = {}) {
   }
   // Makes what depends on the motion as a whole.
   function trace() {
-    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? floor.grid : [])])
+    for (const item of [...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? floor.grid : [])])
       if (item) renderer.forget(item);
     cones = null; // made when they are first shown
     bounds = extent(motion, far, fixed);
-    trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
+    trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer, trails[i] && trails[i].path));
     floor = stageFloor(scene, bounds, fixed, size, renderer);
     planes = floor ? [] : scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
     struck = impacts(motion, scene);
@@ -123,12 +123,12 @@ function player(root, scene, options = {}) {
     rail.replaceChildren();
     strip = timeline(rail, measured, scene, motion, (time) => (pause(), seek(time)));
   }
-  // Tips of an arrow at many times.
+  // Tips of an arrow at many times, x, y, z, ...
   function arrowTips({ channel, kind, body, at }, path) {
     const v = motion.channels[channel].values, step = Math.max(1, Math.floor(motion.t.length / 60)), result = [];
     for (let n = 0; n < motion.t.length; n += step) {
       const tail = path ? [0, 1, 2].map((k) => path[3 * n + k]) : body < 0 ? at : point(motion.poseAt(body, n), at);
-      result.push(add(tail, [0, 1, 2].map((k) => (0.55 * size * v[3 * n + k]) / (greatest[kind] || 1))));
+      for (let k = 0; k < 3; k++) result.push(tail[k] + (0.55 * size * v[3 * n + k]) / (greatest[kind] || 1));
     }
     return result;
   }
@@ -142,14 +142,15 @@ function player(root, scene, options = {}) {
   // Distance from which everything that is visible at any time is in the picture around a target, and its middle.
   function framing(target) {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
-    const points = [bounds.points, ...tips.filter((_, i) => on[scene.arrows[i].group === "force" ? "forces" : "reactions"])].flat();
+    const lists = [bounds.points, ...tips.filter((_, i) => on[scene.arrows[i].group === "force" ? "forces" : "reactions"])];
     const span = (n) => {
       let low = Infinity, high = -Infinity;
-      for (const p of points) {
-        const h = dot(n, p);
-        low = Math.min(low, h);
-        high = Math.max(high, h);
-      }
+      for (const list of lists)
+        for (let i = 0; i < list.length; i += 3) {
+          const h = n[0] * list[i] + n[1] * list[i + 1] + n[2] * list[i + 2];
+          if (h < low) low = h;
+          if (h > high) high = h;
+        }
       const at = target ? dot(n, target) : (high + low) / 2;
       return [at, Math.max(high - at, at - low)];
     };

@@ -40,6 +40,7 @@ void main() {
   r.xy += (vec2(-d.y, d.x) * corner.y + d * (corner.x - 0.5)) * width * r.w / pixels;
   gl_Position = r;
 }`;
+const CORNERS = [0, -1, 1, -1, 1, 1, 0, -1, 1, 1, 0, 1];
 // A surface in one plain colour.
 const PLAIN_VERTEX = `
 attribute vec3 position; uniform mat4 model, eye;
@@ -96,7 +97,12 @@ function webgl(canvas, slow = false) {
     buffers.add(buffer);
     return buffer;
   };
-  let camera, later, behind, used = null;
+  let camera, later, behind, used = null, room = new Float32Array(0);
+  // Numbers for the segments of a path, in the same place each time.
+  const strips = (count) => {
+    if (room.length < count) room = new Float32Array(2 * count);
+    return room.subarray(0, count);
+  };
 
   const use = (names, buffer, layout, stride) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -129,13 +135,12 @@ function webgl(canvas, slow = false) {
       return { buffer, count: corners.length / STRIDE };
     },
     path(points, old) {
-      const segments = Math.max(points.length / 3 - 1, 0), data = new Float32Array(48 * segments);
-      const corners = [[0, -1], [1, -1], [1, 1], [0, -1], [1, 1], [0, 1]];
+      const segments = Math.max(points.length / 3 - 1, 0), data = strips(48 * segments);
       for (let i = 0, k = 0; i < segments; i++)
-        for (const corner of corners) {
+        for (let n = 0; n < 12; n += 2) {
           for (let j = 0; j < 6; j++) data[k++] = points[3 * i + j];
-          data[k++] = corner[0];
-          data[k++] = corner[1];
+          data[k++] = CORNERS[n];
+          data[k++] = CORNERS[n + 1];
         }
       const buffer = old ? old.buffer : newBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);

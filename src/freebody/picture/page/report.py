@@ -53,6 +53,7 @@ def report(
     tolerance: float = TOLERANCE,
     live: bool = False,
     drawn: Mapping[str, Any] | None = None,
+    names: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write one HTML page about a machine and its motion; it opens offline and makes no request.
 
@@ -84,6 +85,8 @@ def report(
     drawn : mapping, optional
         How the machine and its free bodies are drawn: ``at``, ``near`` and ``values`` of :func:`freebody.draw`; by
         default in a generic position, with the values of the motion.
+    names : mapping, optional
+        Names for groups of parameters in the equations of motion, as of :meth:`Equations.text`.
 
     Returns
     -------
@@ -135,6 +138,7 @@ def report(
         tolerance=tolerance,
         live=live,
         drawn=drawn,
+        names=names,
     )
     with replacing(target) as new:
         if kind == ".pdf":
@@ -165,6 +169,7 @@ def document(
     tolerance: float = TOLERANCE,
     live: bool = False,
     drawn: Mapping[str, Any] | None = None,
+    names: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
@@ -185,7 +190,7 @@ def document(
 
         scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
     symbols = Symbols.of(model, *(answers or {}))
-    drawing, laws = balances(trajectory, symbols, equations, drawn)
+    drawing, laws = balances(trajectory, symbols, equations, drawn, names)
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{symbols.words(about or _sentence(trajectory))}</p>',

@@ -144,8 +144,10 @@ def followed_answers(trajectory: Trajectory, answers: Mapping[str, Any]) -> dict
         formula, value = getattr(answer, "formula", None), getattr(answer, "value", None)
         if not isinstance(formula, sympy.Expr) or not isinstance(value, int | float):
             continue
-        where = getattr(answer, "where", {})
-        formula = formula.subs({x: where[x.name] for x in formula.free_symbols if x.name in where})
+        for short, meant in getattr(
+            answer, "where", {}
+        ).items():  # earlier abbreviations may contain later ones
+            formula = formula.subs({x: meant for x in formula.free_symbols if x.name == short})
         formula = formula.subs({x: parameters[x.name] for x in formula.free_symbols if x.name in parameters})
         if not formula.free_symbols or not formula.free_symbols <= {*parameters.values()}:
             continue

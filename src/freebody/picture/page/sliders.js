@@ -62,9 +62,11 @@ function sliders(root, list, length, symbols, moved) {
         const place = places[name];
         if (!place) return;
         place.unit ??= place.tail.textContent;
+        const force = least && `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
+        if (force === place.force) return; // what is written again is laid out again
+        place.force = force;
         place.tail.title = "";
         if (!least) return place.tail.replaceChildren(place.unit);
-        const force = `${written(Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3)))} ${unit}`;
         place.tail.replaceChildren(place.unit, " ");
         element("small", {}, place.tail, force);
         place.tail.title = `${force} holds the machine at rest with this ${name}`;
@@ -78,6 +80,8 @@ function sliders(root, list, length, symbols, moved) {
   };
 }
 
+const write = (place, text) => place.textContent === text || (place.textContent = text);
+
 // Shows a text beside the sliders, or none.
 function say(text) {
   const place = document.getElementById("problem");
@@ -89,23 +93,31 @@ function say(text) {
 // whether the page may compute (WebAssembly may be forbidden).
 async function control(scene, shown, redraw) {
   const at = (id) => document.getElementById(id), live = scene.live, data = document.documentElement.dataset;
-  let machine = null, waiting = false;
+  let machine = null, busy = false, moved = false;
   try {
     machine = await simulator(live, scene);
   } catch (error) {
     return false;
   }
   const cells = [...document.querySelectorAll("[data-answer]")].map((cell) => [cell, live.answers.indexOf(cell.dataset.answer)]);
-  const panel = sliders(at("sliders"), live.sliders, live.length, scene.symbols, () => {
-    if (!waiting) requestAnimationFrame(update);
-    waiting = true;
-  });
+  const panel = sliders(at("sliders"), live.sliders, live.length, scene.symbols, move);
   at("reset").hidden = false;
   at("reset").onclick = () => panel.reset();
   if (Object.keys(live.holding).length) panel.hold(live.holding, machine.run(panel.state).answers.slice(live.answers.length));
+  // Computes at once, not first when the next frame begins, and once more in a frame if a slider has moved meanwhile.
+  function move() {
+    moved = true;
+    if (busy) return;
+    busy = true;
+    update();
+    requestAnimationFrame(() => {
+      busy = false;
+      if (moved) move();
+    });
+  }
   function update() {
     const begun = performance.now();
-    waiting = false;
+    moved = false;
     const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state);
     say(problem + (problem && !next ? " The picture is that of the setting before." : ""));
     if (next) {
@@ -114,7 +126,7 @@ async function control(scene, shown, redraw) {
       panel.follow(start);
       panel.hold(live.holding, answers.slice(live.answers.length));
       for (const [cell, place] of cells) {
-        if (place >= 0) cell.textContent = written(Number(answers[place].toPrecision(8)));
+        if (place >= 0) write(cell, written(Number(answers[place].toPrecision(8))));
         else cell.classList.add("fixed"), (cell.title = "of the recorded motion");
       }
     }

@@ -15,8 +15,12 @@ function staged(plainly) {
 function stageFloor({ up, gravity, ground }, { low, high, points }, fixed, size, renderer) {
   const level = ground.planes.find(({ normal }) => dot(unit(normal), up) > 0.999);
   if (!gravity || (ground.planes.length && !level)) return null;
-  const lowest = (list) => list.reduce((least, p) => Math.min(least, dot(up, p)), Infinity);
-  const support = lowest(fixed), stands = support <= lowest(points); // ``points`` has the fixed ones, too
+  const lowest = (list) => {
+    let least = Infinity;
+    for (let i = 0; i < list.length; i += 3) least = Math.min(least, up[0] * list[i] + up[1] * list[i + 1] + up[2] * list[i + 2]);
+    return least;
+  };
+  const support = lowest(fixed.flat()), stands = support <= lowest(points); // ``points`` has the fixed ones, too
   const height = level ? dot(up, level.at) : stands ? support : lowest(points) - 0.12 * size, middle = scale(0.5, add(low, high));
   const at = add(middle, scale(height - dot(up, middle), up)), a = across(up), b = cross(up, a);
   const radius = 0.5 * length(subtract(high, low)) + 0.75 * size;

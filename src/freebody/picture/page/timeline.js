@@ -1,5 +1,5 @@
 "use strict";
-// The contact modes as strips under the time bar, and a mark for every event.
+// The contact modes as strips under the time bar, and marks of the events.
 
 const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
 const ROWS = 6, ROW = 13;
@@ -14,6 +14,10 @@ function timeline(root, measured, scene, motion, seek) {
   const box = element("div", { class: "timeline" }, root), names = element("div", { class: "names" }, box);
   const high = ROW * rows.length + 10;
   const svg = drawing("svg", { viewBox: `0 0 ${width} ${high}`, preserveAspectRatio: "none", style: `height:${high}px` }, box);
+  const time = ({ clientX }) => {
+    const r = svg.getBoundingClientRect();
+    return first + (span * (clientX - r.left)) / r.width;
+  };
   element("span", { style: "height:10px" }, names, "");
   rows.forEach(({ contact, spans }, i) => {
     element("span", { title: contact }, names, contact);
@@ -25,9 +29,15 @@ function timeline(root, measured, scene, motion, seek) {
       if (kind === "slip") drawing("line", { x1: x(from), x2: x(to), y1: y + ROW / 2, y2: y + ROW / 2, stroke: "#fff", "stroke-dasharray": "6 4" }, svg);
     }
   });
-  for (const [t, text] of events.slice(0, 400)) {
-    const mark = drawing("path", { d: `M${x(t) - 4},0h8l-4,8z`, class: "mark" }, svg);
-    drawing("title", {}, mark, text.startsWith("t =") ? text : `t = ${digits(t)} s: ${text}`);
+  // one path for all events, which takes less time than many; the title is that of the nearest to the pointer
+  const marks = events.slice(0, 400);
+  if (marks.length) {
+    const mark = drawing("path", { d: marks.map(([t]) => `M${x(t) - 4},0h8l-4,8z`).join(""), class: "mark" }, svg);
+    const title = drawing("title", {}, mark, [...new Set(marks.map(([, text]) => text))].slice(0, 8).join("; "));
+    mark.addEventListener("pointermove", (event) => {
+      const at = time(event), [t, text] = marks.reduce((a, b) => (Math.abs(b[0] - at) < Math.abs(a[0] - at) ? b : a));
+      title.textContent = text.startsWith("t =") ? text : `t = ${digits(t)} s: ${text}`;
+    });
   }
   const cursor = drawing("line", { y1: 0, y2: high, class: "cursor" }, svg);
   if (rows.length) {
@@ -44,10 +54,7 @@ function timeline(root, measured, scene, motion, seek) {
     const more = modes.length - rows.length, stay = more > 1 ? "stay" : "stays";
     if (more) element("span", {}, legend, touching.length > ROWS ? `and ${more} more contacts` : `and ${more} that ${stay} open`);
   }
-  const pick = (event) => {
-    const r = svg.getBoundingClientRect();
-    seek(first + (span * (event.clientX - r.left)) / r.width);
-  };
+  const pick = (event) => seek(time(event));
   svg.addEventListener("pointerdown", (event) => (svg.setPointerCapture(event.pointerId), pick(event)));
   svg.addEventListener("pointermove", (event) => event.buttons & 1 && pick(event));
   let wide = 0;

@@ -19,16 +19,15 @@ Array = NDArray[np.float64]
 AZIMUTH, ELEVATION = math.radians(32), math.radians(22)
 """Position of the reader: x points toward the reader and left, y right, z up."""
 
-AXONOMETRIC = np.array(
-    [
-        [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
-        [
-            -math.sin(ELEVATION) * math.cos(AZIMUTH),
-            -math.sin(ELEVATION) * math.sin(AZIMUTH),
-            math.cos(ELEVATION),
-        ],
-    ]
-)
+ASIDE = math.radians(90) - AZIMUTH
+"""Azimuth of a reader for whom x and y have changed their parts: points along x lie further apart."""
+
+
+def _axonometric(azimuth: float) -> Array:
+    along, up = math.cos(azimuth), math.sin(ELEVATION)
+    return np.array(
+        [[-math.sin(azimuth), along, 0.0], [-up * along, -up * math.sin(azimuth), math.cos(ELEVATION)]]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,13 @@ class View:
         return float(np.dot(self.toward, np.asarray(moment, dtype=float)))
 
 
-def view_of(model: Model, equations: Any, values: dict[str, float], axonometric: bool = False) -> View:
+def view_of(
+    model: Model,
+    equations: Any,
+    values: dict[str, float],
+    axonometric: bool = False,
+    azimuth: float = AZIMUTH,
+) -> View:
     """Return the view in which a model is drawn: its plane, if it has one, and gravity downward where possible."""
     numbers = {p.symbol: values[p.name] for p in model.parameters}
     g = np.array([float(evaluate(c, numbers, floats)) for c in model.gravity])
@@ -83,6 +88,7 @@ def view_of(model: Model, equations: Any, values: dict[str, float], axonometric:
     if sign < 0:
         i, j = j, i
     matrix = np.zeros((2, 3))
-    matrix[:, i], matrix[:, j], matrix[:, up] = AXONOMETRIC[:, 0], AXONOMETRIC[:, 1], sign * AXONOMETRIC[:, 2]
+    axes = _axonometric(azimuth)
+    matrix[:, i], matrix[:, j], matrix[:, up] = axes[:, 0], axes[:, 1], sign * axes[:, 2]
     toward = np.cross(matrix[0], matrix[1])
     return View(matrix, toward / np.linalg.norm(toward), None, g)

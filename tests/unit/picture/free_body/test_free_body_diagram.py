@@ -487,3 +487,18 @@ def test_a_rope_over_a_block_pulls_with_all_its_parts() -> None:
     ]
     assert arrow.get("data-symbol") == "4*rope" and arrow.get("data-where") == "x > 0"
     assert np.array(arrow.get("data-direction", "").split(), dtype=float) == pytest.approx([0, 1, 0])
+
+
+def test_a_crowded_body_in_space_is_seen_from_where_its_points_are_apart() -> None:
+    """The shafts of the turboprop lie behind one another from before; few arrows keep the view of the machine."""
+    e, entry = machine("prob-6-19")[0], entries()["prob-6-19"]
+    crowded, other = (
+        ElementTree.fromstring(free_body_diagram(e, name, **entry.drawing()).svg)
+        for name in ("airframe", "propeller")
+    )
+    views = [np.array(root.get("data-view").split(), dtype=float).reshape(2, 3) for root in (crowded, other)]
+    points = {tuple(map(float, x.get("data-point").split())) for x in crowded.iter() if x.get("data-point")}
+    near = [
+        min(np.linalg.norm(v @ (np.array(p) - q)) for p in points for q in points if p != q) for v in views
+    ]
+    assert near[0] > 1.2 * near[1]

@@ -445,3 +445,10 @@ def test_the_angle_of_a_body_about_its_mass_centre_is_that_of_its_axis() -> None
     line, reference = (item.points for item in angle.items if type(item) is Line)
     assert math.atan2(*(line[1] - line[0])[::-1]) == pytest.approx(0.7, abs=1e-12)
     assert math.atan2(*(reference[1] - reference[0])[::-1]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_same_angle_about_the_same_point_is_drawn_once() -> None:
+    """Both reels of the yo-yo turn by phi about the axis of the drum, which turns by theta."""
+    names = [name.strip("$") for name in texts(as_drawn("yo-yo")[1])]
+    assert names.count(r"\phi") == names.count(r"\theta") == 1, names
+    assert names.count(r"R \phi") == 2  # lengths at two places

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -388,6 +389,8 @@ def test_a_parameter_that_is_drawn_with_another_value_is_said(pendulum):
     plain = document(s, motion, equations=True, drawn={"values": dict(motion.values)})
     other = document(s, motion, equations=True, drawn={"values": {name: 1.25 * value}})
     assert "not to scale" not in plain
+    named = document(s, motion, equations=True, names={"I_O": "m*L**2/3"})
+    assert "I_{O}" in named and "I_{O}" not in plain
     assert re.search(rf"not to scale.*{1.25 * value:.6g} in place of {value:.6g}\.</p>", other)
 
 
@@ -480,6 +483,7 @@ def test_command_line(tmp_path):
 
 def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     from freebody.gallery import entries
+    from freebody.gallery.tools.answer import Printed
     from freebody.picture.page.answers import answers_table
     from freebody.picture.page.symbols import Symbols
 
@@ -495,7 +499,12 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
         > 0
     )
     assert '">−9.81</td><td class="unit">rad/s²</td>' in shown
-    assert answers_table({}, symbols) == ""
+    assert answers_table({}, symbols) == "" and ">where<" not in shown
+    named = replace(
+        answers["alpha"], where_printed={"I_0": Printed("m*L**2/9", r"\frac{1}{9} m L^{2}")}, where={"I_0": 0}
+    )
+    assert ">where<div" in answers_table({"alpha": named}, symbols)
+    assert ">where<" not in answers_table({"alpha": named, "I_0": (0.1, "kg m²")}, symbols)  # it stands there
     hostile = answers_table({"<b>": ("<i>", "<u>")}, symbols)
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile
 

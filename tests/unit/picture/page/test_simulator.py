@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from click.testing import CliRunner
 
 import freebody as fb
@@ -102,6 +104,10 @@ def test_answers_that_are_formulas_of_parameters_follow():
     found = followed_answers(outcome.trajectory, outcome.answers)
     assert {"I_xi", "I_zeta", "psi'_fast", "Omega_min"} <= set(found)
     assert "psi(t_1)" not in found  # it comes from the motion
+    a, b, m = (sympy.Symbol(name, real=True) for name in "abm")
+    nested = replace(outcome.answers["I_xi"], value=4.8, formula=a**2 / m, where={"a": 2 * b, "b": m})
+    (nested_found,) = followed_answers(outcome.trajectory, {"nested": nested}).values()
+    assert str(nested_found) == "4*m"  # an abbreviation within another
     motion = motion_of("double pendulum", until=0.1)
     assert followed_answers(motion, {"period": (2.5, "s"), "law": "a < b"}) == {}
 

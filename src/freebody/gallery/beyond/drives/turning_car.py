@@ -45,8 +45,8 @@ def build() -> fb.System:
     front = s.body("front", fb.particle(0), shape=placed(fb.cylinder(1, 0.3, 0.2, axis="y")))
     s.planar("road", s.ground, car, coordinate="x y psi")
     s.hinge("steering", car, front, at=(a, 0, 0), axis="z", coordinate=delta)
-    s.tyre("front_tyre", front, axis="y", lateral=C_F, load=m * g * b / (a + b), normal="z")
-    s.tyre("rear_tyre", car.point(-b, 0, 0), axis="y", lateral=C_R, load=m * g * a / (a + b), normal="z")
+    s.tyre("Y_F", front, axis="y", lateral=C_F, load=m * g * b / (a + b), normal="z")
+    s.tyre("Y_R", car.point(-b, 0, 0), axis="y", lateral=C_R, load=m * g * a / (a + b), normal="z")
     explain(
         s,
         m="kg: mass of the car",

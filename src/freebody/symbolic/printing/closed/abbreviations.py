@@ -1,4 +1,4 @@
-"""Names for groups of parameters in equations, such as I_xi = m (R²/4 + L²), where an equation becomes shorter.
+"""Names for groups of parameters, such as I_xi = m (R²/4 + L²), where an equation or an answer becomes shorter.
 
 A group p = A a^n + B, with A a single term, is a relation that eliminates a power of one parameter: a^n = (name - B)/A.
 All choices of the parameters are compared, and the equations with the fewest operations are printed.
@@ -19,6 +19,7 @@ from ....scalar.polynomial import Ring
 from ....scalar.roots import is_positive
 from ....scalar.substitute import Substitution
 from ..arrange import arrange
+from .form import closed_form
 from .operations import length
 
 MOST = 4
@@ -28,17 +29,19 @@ Sides = Sequence[tuple[Scalar, Scalar]]
 
 
 class Elimination(Substitution):
-    """Substitution of a power of one parameter."""
+    """Substitution of a power of one parameter, also where it divides."""
 
     def __init__(self, ring: Ring, index: int, power: int, value: Scalar) -> None:
         super().__init__(ring, ring, {})
         self.index, self.power, self.value = index, power, value
+        self.inverse = divide(1, ring.variable(index))
 
     def _power(self, index: int, e: int) -> Any:
-        if index != self.index:
+        if index != self.index and self.ring.variable(index) != self.inverse:
             return super()._power(index, e)
         whole, rest = divmod(e, self.power)
-        return self.value**whole * self.ring.variable(index) ** rest
+        value = self.value if index == self.index else divide(1, self.value)
+        return value**whole * self.ring.variable(index) ** rest
 
     def _touches(self, g: Any) -> bool:
         return bool(g.depends >> self.index & 1)
@@ -106,27 +109,29 @@ def _ways(sides: Sides, meanings: Sequence[tuple[Polynomial, Polynomial]]) -> It
         yield from _ways(after, [(eliminate(x), name) for x, name in others])
 
 
+def _symbol(name: str, x: Polynomial, rank: int) -> Polynomial:
+    """Return the name of a group as an element; it stands before all parameters."""
+    positive = is_positive(x.ring, x.ring.promoted(x.num))
+    symbol = x.ring.generator(sympy.Symbol(name, **{"positive" if positive else "real": True}), "parameter")
+    (generator,) = x.ring.used(symbol)
+    generator.rank = rank
+    return symbol
+
+
 def abbreviated(
-    sides: Sides, names: Mapping[str, Polynomial], ring: Ring
+    sides: Sides, names: Mapping[str, Polynomial], ring: Ring, closed: bool = False
 ) -> tuple[Sides, dict[str, Polynomial]]:
     """Return equations with groups of parameters named, and the names that are used.
 
-    An equation that would become longer keeps its parameters.
+    An equation that would become longer keeps its parameters. ``closed``: as long as in its closed form.
     """
     if not names:
         return sides, {}
-    symbols = {
-        name: ring.generator(
-            sympy.Symbol(name, positive=True)
-            if is_positive(ring, ring.promoted(x.num))
-            else sympy.Symbol(name, real=True),
-            "parameter",
-        )
-        for name, x in names.items()
-    }
+    symbols = {name: _symbol(name, x, k - len(names)) for k, (name, x) in enumerate(names.items())}
 
     def operations(pair: tuple[Scalar, Scalar]) -> int:
-        return sum(length(arrange(x, ring), ring).total for x in pair if x != 0)
+        forms = ((closed and closed_form(x, ring)) or (arrange(x, ring), ring) for x in pair if x != 0)
+        return sum(length(*form).total for form in forms)
 
     before = [operations(pair) for pair in sides]
     best, fewest = sides, sum(before)

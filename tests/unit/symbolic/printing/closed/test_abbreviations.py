@@ -8,7 +8,10 @@ import sympy
 import freebody as fb
 from freebody.errors import ModelError
 from freebody.gallery import entries
+from freebody.scalar.element import is_zero
 from freebody.symbolic.printing.closed.abbreviations import abbreviated, groups
+from freebody.symbolic.printing.closed.form import closed_form
+from freebody.symbolic.printing.closed.operations import operations
 
 MOMENTS = {"I_xi": "m*(R**2/4 + L**2)", "I_zeta": "m*R**2/2"}
 
@@ -61,6 +64,28 @@ def _symbols(e, used):
 
 def test_a_name_that_makes_nothing_shorter_is_not_used(top):
     assert top.text(names={"V": "g*L**3"}) == top.text()
+
+
+@pytest.mark.parametrize("key", ["psi'_fast", "Omega_min", "Omega_sleeping"])
+def test_named_answers_are_the_answers(top, key):
+    """Parameters that divide are eliminated, too, and the named answer is the one in the parameters."""
+    m, R, L, g, theta, spin = (
+        top.model.names.atoms[name] for name in ("m", "R", "L", "g", "theta_0", "Omega_zeta")
+    )
+    I_xi, I_zeta = sympy.symbols("I_xi I_zeta", positive=True)
+    book = {
+        "psi'_fast": (I_zeta * spin + sympy.sqrt((I_zeta * spin) ** 2 - 4 * I_xi * m * g * L * sympy.cos(theta)))
+        / (2 * I_xi * sympy.cos(theta)),
+        "Omega_min": 2 * sympy.sqrt(I_xi * m * g * L * sympy.cos(theta)) / I_zeta,
+        "Omega_sleeping": 2 * sympy.sqrt(I_xi * m * g * L) / I_zeta,
+    }[key]  # fmt: skip
+    meant = {I_xi: m * (R**2 / 4 + L**2), I_zeta: m * R**2 / 2}
+    x = top.ring.from_sympy(book.xreplace(meant))
+    (((shown, _),), used) = abbreviated([(x, 0)], groups(top, MOMENTS), top.ring, closed=True)
+    assert set(used) == {"I_xi", "I_zeta"}
+    assert is_zero(shown - top.ring.from_sympy(book))
+    assert is_zero(top.ring.from_sympy(top.ring.to_sympy(shown).xreplace(meant)) - x)
+    assert operations(*closed_form(shown, top.ring)) < operations(*closed_form(x, top.ring))
 
 
 def test_names_that_cannot_be_used_are_refused(top):
