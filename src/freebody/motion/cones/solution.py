@@ -115,9 +115,13 @@ def scale_held(it: Contacts) -> None:
 
 @compiled
 def is_regular(it: Contacts, n: int) -> int:
-    """Return 1 if no row of A, which has rank n, nearly depends on others, else 0."""
-    for a in range(it.rows):
-        if n < it.rows or not it.left[a] > SMALL * it.A[a * it.rows + a]:
+    """Return 1 if no row of the problem nearly depends on others, else 0; A has rank n.
+
+    The normal row of what resists rolling or spinning moves nothing, and is no row of the problem.
+    """
+    for a in range(it.problem.count):
+        row = it.place[a]
+        if n < it.problem.count or not it.left[row] > SMALL * it.A[row * it.rows + row]:
             return 0
     return 1
 
