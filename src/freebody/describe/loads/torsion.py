@@ -36,11 +36,11 @@ from .action import Action, Couple
 from .load import Load
 
 
-def turns_freely(joint: Joint, index: int | None = None) -> bool:
-    """Return True for a joint with a ball, or, with the number of a motion, if it is no displacement."""
-    motions = joint.primitives
-    if isinstance(index, int) and 0 <= index < len(motions) and len(motions) > 1:
-        motions = (motions[index],)
+def turns_freely(joint: Any, index: Any = None) -> bool:
+    """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint; without, if any is."""
+    motions = joint.primitives if isinstance(joint, Joint) else ()
+    if index is not None:
+        motions = [motion for k, motion in enumerate(motions) if k == index]
     return any(motion.quaternion >= 0 for motion in motions)
 
 
