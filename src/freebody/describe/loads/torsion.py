@@ -38,10 +38,8 @@ from .load import Load
 
 def turns_freely(joint: Any, index: Any = None) -> bool:
     """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint; without, if any is."""
-    motions = joint.primitives if isinstance(joint, Joint) else ()
-    if index is not None:
-        motions = [motion for k, motion in enumerate(motions) if k == index]
-    return any(motion.quaternion >= 0 for motion in motions)
+    motions = enumerate(joint.primitives) if isinstance(joint, Joint) else ()
+    return any(motion.quaternion >= 0 for k, motion in motions if index is None or k == index)
 
 
 def check_turn(part: Any) -> None:
