@@ -12,8 +12,8 @@ from typing import Any
 
 from ..describe.contacts.turn import is_free
 from ..describe.description import names_of
+from ..describe.joints.joint import turns_freely
 from ..describe.joints.primitive import Primitive
-from ..describe.loads.torsion import turns_freely
 from ..describe.system import System
 from ..errors import MassError, ModelError, shown
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector

@@ -213,19 +213,16 @@ def _with_laws(first: list[Any], second: list[Any]) -> Iterator[tuple[list[Any],
 def _shapes(builder: Any, solids: Sequence[Solid]) -> Iterator[Any]:
     """Iterate over the shapes of solids; report those that have none, or that do not touch all others."""
     for solid in solids:
+        what, line = solid.what, solid.element.line
         try:
-            yield solid_of(solid)
+            shape = solid_of(solid)
         except FreebodyError as error:
-            reason = str(error).rstrip(".")
-            builder.reading.left_out(solid.what, solid.element.line, "it does not touch other bodies", reason)
-        else:
-            if solid.kind == "cylinder":
-                builder.reading.left_out(
-                    solid.what,
-                    solid.element.line,
-                    "of other bodies it touches spheres alone",
-                    "a cylinder has no law of contact with other solids",
-                )
+            builder.reading.left_out(what, line, "it does not touch other bodies", str(error).rstrip("."))
+            continue
+        if not may_touch(type(shape), type(shape)):
+            reason = f"a {solid.kind} has no law of contact with other solids"
+            builder.reading.left_out(what, line, "of other bodies it touches spheres alone", reason)
+        yield shape
 
 
 def _named_apart(builder: Any) -> Iterator[tuple[Any, Any]]:

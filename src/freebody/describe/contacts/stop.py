@@ -20,12 +20,11 @@ from ...scalar.expression import exact
 from ..constants import default_value
 from ..description import Description, coordinates_of, names_of
 from ..frame import Frame
-from ..joints.joint import Joint
+from ..joints.joint import Joint, turns_freely
 from ..loads.action import Action, GeneralizedForce, JointForce
 from ..loads.displacement import check_displacement
 from ..loads.joint_stop import JointStop
 from ..loads.load import Load
-from ..loads.torsion import turns_freely
 from ..part import Constant, add
 from .gap import Gap
 from .turn import TurnStop

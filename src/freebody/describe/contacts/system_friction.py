@@ -7,9 +7,8 @@ from typing import Any
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..description import Description
-from ..joints.joint import Joint
+from ..joints.joint import Joint, turns_freely
 from ..loads.displacement import check_displacement
-from ..loads.torsion import turns_freely
 from ..part import add
 from .bearing_friction import BearingFriction
 from .gap import Gap

@@ -30,16 +30,10 @@ from ...scalar.algebra import (
     scale,
     transpose,
 )
-from ..joints.joint import Axes, Joint
+from ..joints.joint import Axes, Joint, turns_freely
 from ..part import Constant
 from .action import Action, Couple
 from .load import Load
-
-
-def turns_freely(joint: Any, index: Any = None) -> bool:
-    """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint; without, if any is."""
-    motions = enumerate(joint.primitives) if isinstance(joint, Joint) else ()
-    return any(motion.quaternion >= 0 for k, motion in motions if index is None or k == index)
 
 
 def check_turn(part: Any) -> None:
