@@ -53,7 +53,7 @@ def test_solids_touch_at_their_lowest_points(tmp_path, geom, lowest):
 def test_an_upright_cylinder_has_its_ends_above_and_below(tmp_path):
     s = mjcf(tmp_path, 'type="cylinder" size="0.1 0.3"')
     (pair,) = s.contacts.values()
-    assert [float(end.at[2]) for end in pair.feature.members] == [-0.3, 0.3] and pair.feature.kind == "drum"
+    assert [float(end.at[2]) for end in pair.feature.rims] == [-0.3, 0.3] and pair.feature.kind == "drum"
 
 
 def test_a_mesh_touches_with_the_corners_of_its_hull(tmp_path):
@@ -292,7 +292,6 @@ def test_every_pair_of_groups_is_in_one_family(tmp_path):
         ('type="box" size="0.1 0.2 0.3" euler="90 0 0"', "box", ""),
         ('type="box" size="0.1 0.2 0.3" euler="0 20 0"', "hull", ""),
         ('type="mesh" mesh="m"', "hull", ""),
-        ('type="cylinder" size="0.1 0.2"', "", "a cylinder has no law of contact with solids"),
         ('type="ellipsoid" size="0.1 0.2 0.3"', "", "an ellipsoid has no law of contact with solids"),
     ],
 )  # fmt: skip
@@ -309,6 +308,18 @@ def test_solids_touch_each_other_by_their_shapes(tmp_path, geom, kind, text):
     if geom.endswith('"90 0 0"'):
         (shape,) = (shape for shape in family.shapes if shape.kind == "box" and shape.body.name == "ball")
         assert np.ptp(np.array(shape.corners, float), axis=0) == pytest.approx([0.2, 0.6, 0.4])
+
+
+def test_cylinders_touch_spheres(tmp_path):
+    """A cylinder and a box or another cylinder have no law: what is left out is said."""
+    others = "".join(
+        f'<body name="o{i}" pos="{i} 0 0"><freejoint/><geom name="g{i}" {geom}/></body>'
+        for i, geom in enumerate(('size="0.1"', 'type="box" size="0.1 0.1 0.1"', 'type="cylinder" size="0.1 0.2"'), 3)
+    )  # fmt: skip
+    s = read_mjcf(tmp_path, BALL.format('type="cylinder" size="0.1 0.2"'), others, contacts="all")
+    assert set(meetings(s)) == {("ball", "o3"), ("o3", "o5"), ("o3", "o4")}
+    text = "of other bodies it touches spheres alone: <geom> 'ball', line"
+    assert text in str(s.reading) and "a cylinder has no law of contact with other solids" in str(s.reading)
 
 
 def test_an_exclusion_of_a_body_that_is_one_with_another_is_said(tmp_path):

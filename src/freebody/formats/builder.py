@@ -10,8 +10,9 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from ..describe.contacts.turn import is_ball, is_free
+from ..describe.contacts.turn import is_free
 from ..describe.description import names_of
+from ..describe.joints.joint import turns_freely
 from ..describe.joints.primitive import Primitive
 from ..describe.system import System
 from ..errors import MassError, ModelError, shown
@@ -172,14 +173,14 @@ class Builder:
             )
         elif not low < high:
             self.reading.left_out(what, line, "limits without a range between them stop nothing", detail)
-        elif is_ball(on, index) and not high < math.pi:
+        elif turns_freely(on, index) and not high < math.pi:
             self.reading.left_out(what, line, "the turn of a ball is at most half a turn", detail)
         else:
             text = self.renamed(f"{name}_stop", self.joints)
             ends = {
                 key: exact(end) - exact(ref)
                 for key, end in (("low", low), ("high", high))
-                if math.isfinite(end) and not (key == "low" and is_ball(on, index))
+                if math.isfinite(end) and not (key == "low" and turns_freely(on, index))
             }
             self.s.stop(text, on, coordinate=index, **ends)
 

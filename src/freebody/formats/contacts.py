@@ -1,7 +1,7 @@
 """Solids of a robot's links as shapes of contacts: they touch a floor, and each other in families.
 
 A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the edges of its ends. Spheres,
-capsules, boxes and hulls touch each other; a family has one coefficient of friction.
+capsules, boxes and hulls touch each other, and spheres touch cylinders; a family has one coefficient of friction.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..describe.shapes.shape import may_touch
 from ..errors import FreebodyError, ModelError, nearest, shown
 from ..space.pose import Pose
 from .xml_tree import Element
@@ -109,7 +110,7 @@ def solid_of(solid: Solid) -> Any:
             return body.hull(*corners_of(solid))
         case "mesh":
             return body.hull(*(solid.pose.point(tuple(v)) for v in hull_of(solid.vertices).tolist()))
-        case "sphere" | "capsule":
+        case "sphere" | "capsule" | "cylinder":
             return shape_of(solid)
     article = "an" if solid.kind[0] in "aeiou" else "a"
     raise ModelError(f"{article} {solid.kind} has no law of contact with solids")
@@ -178,23 +179,50 @@ def touch_each_other(
     for mu, own, others in _families(len(groups), friction):
         first = list(dict.fromkeys(shape for i in own for shape in shapes[i]))
         second = list(dict.fromkeys(shape for i in others for shape in shapes[i]))
-        if all(a.body is b.body for a in first for b in second or first):
-            continue
-        name = builder.renamed("bodies", builder.joints)
-        builder.s.contacts(
-            name, first, against=second, friction=builder.coefficient(mu), apart=list(dict.fromkeys(apart))
-        )
-        builder.reading.counts["family"] += 1
+        for some, against in _with_laws(first, second):
+            if all(a.body is b.body for a in some for b in against or some):
+                continue
+            name = builder.renamed("bodies", builder.joints)
+            builder.s.contacts(
+                name,
+                some,
+                against=against,
+                friction=builder.coefficient(mu),
+                apart=list(dict.fromkeys(apart)),
+            )
+            builder.reading.counts["family"] += 1
+
+
+def _with_laws(first: list[Any], second: list[Any]) -> Iterator[tuple[list[Any], list[Any]]]:
+    """Iterate over families of shapes of which all pairs have a law: drums touch spheres alone."""
+
+    def drums(shapes: list[Any]) -> list[Any]:
+        return [shape for shape in shapes if not may_touch(type(shape), type(shape))]
+
+    def others(shapes: list[Any]) -> list[Any]:
+        return [shape for shape in shapes if may_touch(type(shape), type(shape))]
+
+    if not second or (others(first) and others(second)):
+        yield others(first), others(second)
+    for some, against in ((first, second or first), *(((second, first),) if second else ())):
+        balls = [x for x in others(some) if all(may_touch(type(x), type(drum)) for drum in drums(against))]
+        if balls and drums(against):
+            yield balls, drums(against)
 
 
 def _shapes(builder: Any, solids: Sequence[Solid]) -> Iterator[Any]:
-    """Iterate over the shapes of solids; report those that have none."""
+    """Iterate over the shapes of solids; report those that have none, or that do not touch all others."""
     for solid in solids:
+        what, line = solid.what, solid.element.line
         try:
-            yield solid_of(solid)
+            shape = solid_of(solid)
         except FreebodyError as error:
-            reason = str(error).rstrip(".")
-            builder.reading.left_out(solid.what, solid.element.line, "it does not touch other bodies", reason)
+            builder.reading.left_out(what, line, "it does not touch other bodies", str(error).rstrip("."))
+            continue
+        if not may_touch(type(shape), type(shape)):
+            reason = f"a {solid.kind} has no law of contact with other solids"
+            builder.reading.left_out(what, line, "of other bodies it touches spheres alone", reason)
+        yield shape
 
 
 def _named_apart(builder: Any) -> Iterator[tuple[Any, Any]]:

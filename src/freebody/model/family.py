@@ -223,11 +223,13 @@ def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Ite
 
 
 def _members(family: ContactFamily) -> Iterator[Member]:
-    """Yield the members: the parts of the shapes that touch at one point."""
+    """Yield the members: the parts of the shapes that touch at one point, and that some other one may touch."""
     parts: list[tuple[str, ContactShape, int]] = []
     for group, shapes in enumerate((family.shapes, family.against)):
         for shape in shapes:
             parts += [(part.hollow if part.inside else part.kind, part, group) for part in shape.members]
+    kinds = {kind: part for kind, part, _ in parts}.values()
+    parts = [it for it in parts if any(touch_each_other(it[1], other) for other in kinds)]
     count: dict[str, int] = {}
     for _, shape, _ in parts:
         count[shape.body.name] = count.get(shape.body.name, 0) + 1

@@ -20,14 +20,14 @@ from ...scalar.expression import exact
 from ..constants import default_value
 from ..description import Description, coordinates_of, names_of
 from ..frame import Frame
-from ..joints.joint import Joint
+from ..joints.joint import Joint, turns_freely
 from ..loads.action import Action, GeneralizedForce, JointForce
 from ..loads.displacement import check_displacement
 from ..loads.joint_stop import JointStop
 from ..loads.load import Load
 from ..part import Constant, add
 from .gap import Gap
-from .turn import TurnStop, is_ball
+from .turn import TurnStop
 
 
 class Stop(Gap, kind="stop"):
@@ -189,7 +189,7 @@ def stop(
             f"{title.capitalize()} has a stiffness and a restitution. A compliant stop loses energy by damping=: "
             f"choose one of them."
         )
-    if is_ball(on, coordinate):
+    if turns_freely(on, coordinate):
         if compliant or low is not None or high is None:
             what = "a stiffness" if compliant else "low=" if low is not None else "no end"
             raise ModelError(

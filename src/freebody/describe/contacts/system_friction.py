@@ -7,13 +7,13 @@ from typing import Any
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..description import Description
-from ..joints.joint import Joint
+from ..joints.joint import Joint, turns_freely
 from ..loads.displacement import check_displacement
 from ..part import add
 from .bearing_friction import BearingFriction
 from .gap import Gap
 from .joint_friction import JointFriction
-from .turn import ShiftFriction, TurnFriction, is_ball, is_free
+from .turn import ShiftFriction, TurnFriction, is_free
 
 
 def friction(
@@ -80,7 +80,7 @@ def friction(
     title = f"friction '{name}'"
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")
-    if is_ball(joint, coordinate):
+    if turns_freely(joint, coordinate):
         free = is_free(joint)
         bounds = [bound for bound in (torque, force if free else None) if bound is not None]
         others = (coefficient, radius, length, *(() if free else (force,)))

@@ -37,12 +37,6 @@ from .gap import Gap
 from .joint_friction import DryFriction
 
 
-def is_ball(joint: Any, index: Any) -> bool:
-    """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint."""
-    motions = dict(enumerate(joint.primitives)) if isinstance(joint, Joint) else {}
-    return isinstance(index, int) and index in motions and motions[index].quaternion >= 0
-
-
 def is_free(joint: Joint) -> bool:
     """Return True if a joint leaves all turns and displacements free."""
     return any(motion.quaternion >= 0 and motion.slides for motion in joint.primitives)

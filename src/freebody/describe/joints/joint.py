@@ -218,6 +218,12 @@ class Joint(Part):
         )
 
 
+def turns_freely(joint: Any, index: Any = None) -> bool:
+    """Return True if a motion of a joint, by its number, is a ball, alone or of a free joint; without, if any is."""
+    motions = enumerate(joint.primitives) if isinstance(joint, Joint) else ()
+    return any(motion.quaternion >= 0 for k, motion in motions if index is None or k == index)
+
+
 def _moved(place: Vector, axes: Matrix, anchor: Vector) -> Vector:
     """Return a place on a body, moved by an anchor in joint axes."""
     if anchor == ZERO:

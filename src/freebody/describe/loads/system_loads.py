@@ -8,7 +8,7 @@ from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..description import Description, claim, names_of
 from ..frame import Frame
-from ..joints.joint import Joint
+from ..joints.joint import Joint, turns_freely
 from ..part import add, own_coordinate
 from .coordinate_force import CoordinateForce
 from .damper import Damper
@@ -21,7 +21,7 @@ from .load import Load
 from .spring import Spring
 from .spring_law import JointSpringLaw, SpringLaw
 from .torque import Torque
-from .torsion import TorsionDamper, TorsionSpring, turns_freely
+from .torsion import TorsionDamper, TorsionSpring
 
 
 def force(system: Description, name: str, at: Any, components: Any, *, frame: Frame | None = None) -> Load:

@@ -30,18 +30,10 @@ from ...scalar.algebra import (
     scale,
     transpose,
 )
-from ..joints.joint import Axes, Joint
+from ..joints.joint import Axes, Joint, turns_freely
 from ..part import Constant
 from .action import Action, Couple
 from .load import Load
-
-
-def turns_freely(joint: Joint, index: int | None = None) -> bool:
-    """Return True for a joint with a ball, or, with the number of a motion, if it is no displacement."""
-    motions = joint.primitives
-    if isinstance(index, int) and 0 <= index < len(motions) and len(motions) > 1:
-        motions = (motions[index],)
-    return any(motion.quaternion >= 0 for motion in motions)
 
 
 def check_turn(part: Any) -> None:

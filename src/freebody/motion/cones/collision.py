@@ -16,7 +16,11 @@ HALVINGS = 5
 
 @compiled
 def rebounded(it: Contacts, part: float) -> float:
-    """Set impulses and speeds for a part of the restitution; return the residual."""
+    """Set impulses and speeds for a part of the restitution; return the residual.
+
+    Points of a face that stick at their limits of friction, whose shares are open, are a double zero of the laws: the
+    search from zero for less than `EXACT` of the speeds takes a thousand times as long, for shares that move nothing.
+    """
     for i in range(it.rows):
         it.forces[i], it.after[i] = 0.0, it.given[i]
     problem = it.problem
@@ -31,7 +35,7 @@ def rebounded(it: Contacts, part: float) -> float:
             at = unknown_of(it, k, at)
             if it.given[it.at[k]] < -it.still:
                 problem.b[at] += part * it.restitution[k] * it.given[it.at[k]]
-    residual = answer(it)
+    residual = answer(it, EXACT)
     take(it)
     for i in range(it.rows):
         it.compressed[i] = it.forces[i]
@@ -45,7 +49,7 @@ def rebounded(it: Contacts, part: float) -> float:
         for i in range(problem.count):
             problem.b[i] = it.after[it.place[i]]
         hold_given(it, it.back)
-        residual = greater(residual, answer(it))
+        residual = greater(residual, answer(it, EXACT))
         take(it)
     return residual
 

@@ -115,9 +115,13 @@ def scale_held(it: Contacts) -> None:
 
 @compiled
 def is_regular(it: Contacts, n: int) -> int:
-    """Return 1 if no row of A, which has rank n, nearly depends on others, else 0."""
-    for a in range(it.rows):
-        if n < it.rows or not it.left[a] > SMALL * it.A[a * it.rows + a]:
+    """Return 1 if no row of the problem nearly depends on others, else 0; A has rank n.
+
+    The normal row of what resists rolling or spinning moves nothing, and is no row of the problem.
+    """
+    for a in range(it.problem.count):
+        row = it.place[a]
+        if n < it.problem.count or not it.left[row] > SMALL * it.A[row * it.rows + row]:
             return 0
     return 1
 
@@ -173,8 +177,8 @@ def step(it: Contacts) -> int:
 
 
 @compiled
-def answer(it: Contacts) -> float:
-    """Set x to the solution of r = A x + b from zero; return its residual.
+def answer(it: Contacts, enough: float) -> float:
+    """Set x to the solution of r = A x + b from zero; return its residual, which is sought down to ``enough``.
 
     The only solution may be found in any way. If A is regular, the polish finds the solution from a rough one.
     Otherwise it keeps what that has of forces without effect, which are to be those of equal compliance: it begins
@@ -189,7 +193,7 @@ def answer(it: Contacts) -> float:
         if least <= FINE:
             return refined(it)
     least = polished(it, ROUGH if it.directions == it.rows else CLOSE)
-    if least <= FINE:
+    if least <= enough:
         return least
     return polished(it, GOAL)
 
@@ -270,6 +274,6 @@ def find(it: Contacts) -> int:
         a += 1
         while a < problem.count and problem.kinds[a] > NORMAL:
             a += 1
-    it.residual = answer(it)
+    it.residual = answer(it, FINE)
     take(it)
     return 0

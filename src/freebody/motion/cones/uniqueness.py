@@ -18,37 +18,33 @@ def unique(contacts: Contacts, n: int) -> int:
 
     For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
 
-        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + μ² H_TᵀH_T/α) w/2     for every α > 0
+        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= Σ wᵀ (α PᵀP + μ² H_TᵀH_T/α) w/2     for every α > 0 in each term
 
     with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. The sum is over the frictions, and over
-    the moments that a normal force bounds. So w = 0 where the greatest eigenvalue is below 2; α = |μ H_T|/|P|. Friction
-    with a given bound is monotone: it adds nothing to the sum. A contact at rest has its static friction; what slips
-    under it is released to its kinetic friction afterwards (`decision`).
+    the moments that a normal force bounds. So w = 0 where the greatest eigenvalue is below 2; α = |μ H_T|/|P| makes the
+    trace of each term least. Friction with a given bound is monotone: it adds nothing to the sum. A contact at rest has
+    its static friction; what slips under it is released to its kinetic friction afterwards (`decision`).
     """
     m, most = contacts.rows, 0.0
     for i in range(contacts.contacts):
         most = greater(most, bound_by(contacts, i))
     if most == 0.0:
         return 1
-    across = normal_parts(contacts, n)
-    if across < 0.0:
+    if normal_parts(contacts, n) == 0:
         return 0
-    H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
-    for i in range(contacts.contacts):
-        mu = bound_by(contacts, i)
-        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
-            along += mu * mu * dot(H[r * m :], H[r * m :], n)
-    if along == 0.0:
-        return 1
-    part = root(along / across)
+    H, P, M = contacts.factors, contacts.H, contacts.normal
     for p in range(n * n):
         M[p] = 0.0
     for p in range(n):
         M[p * n + p] = 2.0
     for i in range(contacts.contacts):
-        a, mu, p = contacts.at[i], bound_by(contacts, i), contacts.presser[i]
-        if mu > 0.0:
-            subtract(M, P[contacts.at[p if p >= 0 else i] * m :], part, n)
+        a, mu, p, along = contacts.at[i], bound_by(contacts, i), contacts.presser[i], 0.0
+        normal = P[contacts.at[p if p >= 0 else i] * m :]
+        for r in range(a + 1, a + 1 + contacts.tangents[i]):
+            along += mu * mu * dot(H[r * m :], H[r * m :], n)
+        if along > 0.0:
+            part = root(along / dot(normal, normal, n))
+            subtract(M, normal, part, n)
             for r in range(a + 1, a + 1 + contacts.tangents[i]):
                 subtract(M, H[r * m :], mu * mu / part, n)
     return definite(M, n)
@@ -87,9 +83,9 @@ def held(contacts: Contacts) -> int:
 
 
 @compiled
-def normal_parts(contacts: Contacts, n: int) -> float:
-    """Set the rows of P; return |P|², or -1 if forces in balance have normal parts."""
-    m, H, G, P, square = contacts.rows, contacts.factors, contacts.slope, contacts.H, 0.0
+def normal_parts(contacts: Contacts, n: int) -> int:
+    """Set the rows of P; return 0 if forces in balance have normal parts, else 1."""
+    m, H, G, P = contacts.rows, contacts.factors, contacts.slope, contacts.H
     for i in range(contacts.contacts):
         a = contacts.at[i]
         for p in range(n):
@@ -101,11 +97,10 @@ def normal_parts(contacts: Contacts, n: int) -> float:
         if is_held(contacts, i) != 0:
             continue
         if solved(G, n, P[a * m :]) == 0:
-            return -1.0
+            return 0
         if n < m - held(contacts) and abs(1.0 - dot(P[a * m :], H[a * m :], n)) > root(SMALL):
-            return -1.0
-        square += dot(P[a * m :], P[a * m :], n)
-    return square
+            return 0
+    return 1
 
 
 @compiled

@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, beyond_cones, fading, halt, hold, turn_back
+from .slips import UPSET, begin_slip, beyond_cones, fading, halt, hold, turn_back, turned_over
 from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
 
 
@@ -222,6 +222,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
+        it.stage = event_run.DECIDE if it.resting == 0 and turned_over(it) != 0 else it.stage
         set_up(it, contacts)
     return RUNNING
 

@@ -300,6 +300,21 @@ def turn_back(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
+def turned_over(it: EventRun) -> int:
+    """Return 1 if the first moment of a slip has given one along a line the other sense than its mode, else 0.
+
+    The impulses that nudge a slip spin the body, too: a spin that was about to begin has a speed then.
+    """
+    for k in range(it.contacts):
+        v = it.rate[it.first[k] + 1] if it.tangents[k] == 1 else 0.0
+        if (it.mode[k] == laws.SLIDE_ON and v < -it.still) or (
+            it.mode[k] == laws.SLIDE_BACK and v > it.still
+        ):
+            return 1
+    return 0
+
+
+@compiled
 def stops_beside(it: EventRun, k: int) -> int:
     """Return 1 if the slip, rolling or spinning of the same contact stops, else 0."""
     own, found = it.presser[k] if it.presser[k] >= 0 else k, 0

@@ -9,7 +9,7 @@ Source: J. D. Cohen, M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, Proc. Symp
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, root
-from .family_record import BALL, EDGE, OVAL, POSE, SOLID, Families, Members
+from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, Families, Members
 from .patches import lay_core
 
 
@@ -50,9 +50,11 @@ def extend(members: Members, k: int, pose: Reals, sizes: Reals, margin: float) -
         R, extent = pose[3 * i :], 0.0
         if kind == BALL:
             extent = sizes[3]
-        elif kind == EDGE:
+        elif kind == EDGE or kind == DRUM:  # noqa: SIM109
             along = R[0] * sizes[3] + R[1] * sizes[4] + R[2] * sizes[5]
             extent = sizes[6] * root(greater(1.0 - along * along, 0.0))
+            if kind == DRUM:
+                extent += 0.5 * sizes[7] * abs(along)
         elif kind == OVAL:
             x, y, z = R[0] * sizes[3], R[1] * sizes[4], R[2] * sizes[5]
             extent = root(x * x + y * y + z * z)

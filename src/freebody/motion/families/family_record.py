@@ -18,7 +18,7 @@ TOUCH = 18
 ENTRY = 15
 """Length of an entry of the log: N, T1, T2, mode, impulse on the first body (3) and the point where it acts (3), first
 and second member, point (3) where its opposite acts on the second body."""
-UNBOUNDED, SPOT, BALL, EDGE, OVAL, SOLID = range(6)
+UNBOUNDED, SPOT, BALL, EDGE, OVAL, SOLID, DRUM = range(7)
 """How the bounds of a member follow from its numbers."""
 
 

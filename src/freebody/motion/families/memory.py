@@ -17,11 +17,11 @@ from ...model.model import GROUND
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..start.initial import number
-from .family_record import BALL, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
+from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
 from .meshes import core_of, mesh_of
 from .pair_programs import numbers_of, pair_program
 
-BOUNDS = {"spot": SPOT, "ball": BALL, "oval": OVAL, "edge": EDGE, "solid": SOLID}
+BOUNDS = {"spot": SPOT, "ball": BALL, "oval": OVAL, "edge": EDGE, "solid": SOLID, "drum": DRUM}
 """How the bounds of the shapes that have some follow from their numbers."""
 Whole = Any  # array of int64
 

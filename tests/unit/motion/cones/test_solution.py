@@ -223,3 +223,24 @@ def test_where_the_motion_is_unique_enumeration_finds_one(sort):
         motion = ConeProblem(A, c, contacts).solve().forces @ responses
         assert np.abs(every[0].forces @ responses - motion).max() <= 1e-7 * np.abs(motion).max()
     assert proven
+
+
+def test_a_point_that_resists_rolling_and_spinning_has_one_solution_found_at_once():
+    """The normal rows of its resistances move nothing and are no rows of the problem, which is regular."""
+    rng = np.random.default_rng(3)
+    rows = rows_at([(0.012, 0, -0.001)])
+    turns = np.hstack([np.zeros((3, 3)), np.eye(3)])
+    nothing = np.zeros((1, 6))
+    W = np.vstack([rows, nothing, turns[:2], nothing, turns[2:]])
+    inverse = np.diag([100.0] * 3 + [2.8e6, 2.8e6, 1.4e6])
+    contacts = [
+        Touching("edge", 0, 2, 0.4, 0.4),
+        Touching("rolling", 3, 2, 2e-4, 2e-4, held=True, presser=0),
+        Touching("spinning", 6, 1, 2e-4, 2e-4, held=True, presser=0),
+    ]
+    for _ in range(20):
+        c = W @ (inverse @ (rng.normal(size=6) * [1, 1, 1, 1e-3, 1e-3, 1e-3])) - 10 * (np.arange(8) == 0)
+        it = contacts_of(W @ inverse @ W.T, c, contacts)
+        compiled_code()["find"](it)
+        assert it.sole == 1 and it.newton.factored == 0
+        assert it.residual <= 1e-13
