@@ -27,6 +27,7 @@ from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
+from .spin import leave_spins
 from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
@@ -197,6 +198,7 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
     run.families.patch.even = 0.0
     if failure == NONE:
         close(run, 0, near)
+        leave_spins(run)
         answers(run, constraints)
     return failure
 
@@ -211,7 +213,7 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
+    if impulses(run, islands, goal, 1) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
     return 1

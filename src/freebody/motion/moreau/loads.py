@@ -13,6 +13,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.block_rows import dot
 from .elimination import block_back
+from .spin import take_spins
 from .stepping_record import Run
 
 SHORTEST = 1e-4
@@ -28,10 +29,22 @@ def imbalance(run: Run, trials: int) -> float:
         loads.motion = size_of_motion(run)
     for i in range(blocks.n):
         loads.e[i] = run.h * (loads.f[i] + run.pressed[i]) - loads.p[i]
+    take_spins(run)
     for b in range(blocks.count):
         first = blocks.starts[b]
         block_back(run.elimination, b, loads.e[first:], loads.Me[first:])
     return root(dot(loads.e, loads.Me, blocks.n) / loads.motion)
+
+
+@compiled
+def take_up_loads(run: Run) -> None:
+    """Set p to h f - D w, which leaves no e."""
+    loads = run.loads
+    for i in range(run.machine.n):
+        loads.e[i] = run.h * (loads.f[i] + run.pressed[i])
+    take_spins(run)
+    for i in range(run.machine.n):
+        loads.p[i] = loads.e[i]
 
 
 @compiled

@@ -47,11 +47,12 @@ from .bearings import AGREE, PASSES, bear
 from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .curvature import after, lasting, returned, set_turns, turned
-from .elimination import block_back, meet
+from .elimination import answer_block, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
-from .loads import change_loads, imbalance
+from .loads import change_loads, imbalance, take_up_loads
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
+from .spin import set_spins
 from .stepping_record import (
     CLOSED_GAP,
     CONTACTS,
@@ -124,6 +125,7 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
     give(run, run.given)
     adhere(run)
     begin_pairs(run)
+    set_spins(run, run.u)
     answers(run, run.constraints)
     set_turns(run, islands)
     return NONE
@@ -201,7 +203,7 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
-        if impulses(run, islands, goal) == 0:
+        if impulses(run, islands, goal, 1 if trials > 0 else 0) == 0:
             return CONTACTS
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
@@ -231,8 +233,12 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
             continue
         if trials > MEANS:
             return LOADS
-        r = change_loads(run, r, changes)
-        changes += 1
+        if trials == 1 and set_spins(run, run.u_mean) != 0:
+            answers(run, run.constraints)
+            take_up_loads(run)
+        else:
+            r = change_loads(run, r, changes)
+            changes += 1
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
         goal = lesser(goal, greater(run.tolerance, 0.1 * size))
     return NONE
@@ -257,7 +263,7 @@ def free_velocity(run: Run) -> None:
         run.momentum[i] = loads.p[i] + run.blow[i]
     for b in range(blocks.count):
         first = blocks.starts[b]
-        block_back(run.elimination, b, run.momentum[first:], run.free[first:])
+        answer_block(run.elimination, b, run.momentum[first:], run.free[first:])
     meet(run.elimination, run.W, run.constraint_rates, run.constraints, run.free, run.lam)
 
 

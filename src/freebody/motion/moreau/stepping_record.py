@@ -123,6 +123,7 @@ class Elimination(Record):
     ``L``     L Lᵀ = M by blocks, ``band``: of each;  ``K`` = M⁻¹ Gᵀ by rows;  ``S``: factor of ``GK`` = G K
     ``sigma``           change of -λ per impulse of each row of the problem
     ``rates``, ``share``    numbers of the constraints
+    ``spins``           1 for a block whose loads by its turning are in its equations;  ``D``, ``C``: of these (`spin`)
     """
 
     blocks: Blocks
@@ -135,6 +136,9 @@ class Elimination(Record):
     sigma: Annotated[Rows, "most", "constraints"]
     rates: Annotated[Row, "constraints"]
     share: Annotated[Row, "constraints"]
+    spins: Annotated[Wholes, "blocks"]
+    D: Annotated[Rows, "blocks", 9]
+    C: Annotated[Rows, "blocks", 18]
 
 
 @record
