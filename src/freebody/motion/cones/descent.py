@@ -32,8 +32,8 @@ LOST = 1e6
 
 
 @compiled
-def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> float:
-    """Improve x by up to ``most`` steps; return the residual of the best, which x becomes."""
+def descend(problem: ContactProblem, memory: Newton, goal: float, most: int, part: float) -> float:
+    """Improve x by up to ``most`` steps with δ a ``part`` of the residual; return the residual of the best, which x becomes."""
     m, least, turn = problem.count, math.inf, 0
     while True:
         add_all(problem)
@@ -44,7 +44,7 @@ def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> 
                 memory.best[a] = problem.x[a]
         if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
             break
-        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, size))) == 0:
+        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size))) == 0:
             break
         turn += 1
     for a in range(m):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled
-from ..cones.islands import Islands, settle
+from ..cones.islands import SMALL_FIRST, Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
@@ -22,7 +22,7 @@ def impulses(run: Run, islands: Islands, goal: float, near: int) -> int:
     ``near``: 1 where Newton's method needs no sweeps before it.
     """
     problem, most = run.problem, FEW
-    if near == 1 and settle(problem, islands, goal, 0) <= goal:
+    if near == 1 and settle(problem, islands, goal, SMALL_FIRST) <= goal:
         return 1
     for turn in range(TURNS):
         if turn == ANEW:

@@ -196,6 +196,8 @@ class Run(Record):
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
+    ``displaced``          contacts that press in the last displacement of this correction, by ascending numbers
+                           (`correction.number`); their count is ``displacing``
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -222,6 +224,8 @@ class Run(Record):
     families: Families
     contacts: Contacts
     elimination: Elimination
+    displacing: Whole
+    displaced: Annotated[Wholes, "most"]
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads
