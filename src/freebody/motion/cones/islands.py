@@ -18,7 +18,7 @@ from typing import Annotated
 
 from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
-from .cone import add_all, residual
+from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
@@ -35,6 +35,8 @@ FEW = 12
 WARM, COLD = 12, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
+INSIDE = 0.1
+"""Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates, too."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
 """Turn before the sweeps, and the rows (without friction) and speeds up to which an island has it."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
@@ -72,7 +74,7 @@ class Islands(Record):
 
 @compiled
 def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
-    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x.
+    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x within the cones.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
     longer.
@@ -94,6 +96,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
             solved = at_once(problem, islands, b, goal, turn)
             if solved == 0 and turn > 0:
                 improve(problem, islands, b, goal)
+    project_all(problem, problem.x, problem.x)
     add_all(problem)
     problem.residual = residual(problem)
     return problem.residual
@@ -231,11 +234,11 @@ def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float,
         if is_bare(part) == 1 and part.count <= dense.most:
             left, ways = take_in(part, dense, goal), 1
         elif way == 0:
-            left = descend(part, newton, goal, WARM, 1.0)
+            left = descend(part, newton, INSIDE * goal, WARM, 1.0)
         elif least > goal:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, newton, goal, COLD, looseness(turn))
+            left = descend(part, newton, INSIDE * goal, COLD, looseness(turn))
         if left < least:
             least = left
             for i in range(part.count):
