@@ -20,7 +20,7 @@ from .elimination import block_back
 from .stepping_record import Run
 
 FAR = 0.5
-"""Determinant of 1 - c_ω up to which a step turns too far: D = 0 there."""
+"""Greatest sum of a row of c_ω: beyond it a step turns too far for a first guess, and D = 0."""
 
 
 @compiled
@@ -87,6 +87,9 @@ def turned_by(run: Run, k: int, b: int, w: Reals) -> int:
 def closed(C: Reals) -> int:
     """Replace c by c (1 - c_ω)⁻¹; return 0 where a step turns too far for that, else 1."""
     A, B = room(9), room(9)
+    for i in range(3):
+        if not abs(C[3 * i]) + abs(C[3 * i + 1]) + abs(C[3 * i + 2]) < FAR:
+            return 0
     for i in range(9):
         A[i] = (1.0 if i % 4 == 0 else 0.0) - C[i]
     for i in range(3):
@@ -94,8 +97,6 @@ def closed(C: Reals) -> int:
             p, q, r, s = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
             B[3 * j + i] = A[3 * p + r] * A[3 * q + s] - A[3 * p + s] * A[3 * q + r]
     det = A[0] * B[0] + A[1] * B[3] + A[2] * B[6]
-    if not det > FAR:
-        return 0
     for i in range(BODY):
         x, y, z = C[3 * i] / det, C[3 * i + 1] / det, C[3 * i + 2] / det
         for j in range(3):
