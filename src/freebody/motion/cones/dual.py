@@ -78,32 +78,41 @@ def begin(problem: ContactProblem, dense: Dense) -> int:
     add_all(problem)
     for i in range(n):
         r[among[i]] = rate(problem, among[i])
-    pulls = n
-    while pulls > 0:
-        for i in range(n):
-            d[i] = -r[among[i]]
-        for i in range(n):
-            row = U[i * m :]
-            d[i] /= row[i]
-            for k in range(i + 1, n):
-                d[k] -= d[i] * row[k]
+    while shut(problem, dense, n) > 0:
         for i in range(n - 1, -1, -1):
-            row = U[i * m :]
-            d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
-        pulls = 0
-        for i in range(n):
-            pulls += 1 if d[i] < 0.0 else 0
-        if pulls == 0:
-            for i in range(n):
-                x[among[i]] += d[i]
-        else:
-            i = n - 1
-            while i >= 0:
-                if d[i] < 0.0:
-                    n = let_go(problem, dense, i, n)
-                i -= 1
+            if d[i] < 0.0:
+                n = let_go(problem, dense, i, n)
+    for i in range(n):
+        x[among[i]] += d[i]
     add_all(problem)
     return n
+
+
+@compiled
+def shut(problem: ContactProblem, dense: Dense, n: int) -> int:
+    """Set d to the impulses that take their rates r from the n rows that are held; return the number of pulls."""
+    m, d, U, pulls = problem.count, dense.entries, dense.U, 0
+    for i in range(n):
+        d[i] = -problem.r[dense.among[i]]
+    for i in range(n):
+        row = U[i * m :]
+        d[i] /= row[i]
+        for k in range(i + 1, n):
+            d[k] -= d[i] * row[k]
+    back(dense, m, n)
+    for i in range(n):
+        pulls += 1 if d[i] < 0.0 else 0
+    return pulls
+
+
+@hot
+@compiled
+def back(dense: Dense, m: int, n: int) -> None:
+    """Set d to U⁻¹ d, for the n rows that are held."""
+    d = dense.entries
+    for i in range(n - 1, -1, -1):
+        row = dense.U[i * m :]
+        d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
 
 
 @hot
@@ -137,9 +146,7 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
     blocks, rows, v = problem.blocks, problem.rows, problem.v
     while True:
         rest = beside(problem, dense, p, n)
-        for i in range(n - 1, -1, -1):
-            row = U[i * m :]
-            d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
+        back(dense, m, n)
         far, freed = math.inf, -1
         if rest > DEPENDENT * problem.scale[p]:
             far = -(problem.b[p] + along(blocks, rows[p], problem.W, v)) / rest

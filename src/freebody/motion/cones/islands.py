@@ -36,7 +36,7 @@ WARM, COLD = 12, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
 INSIDE = 0.1
-"""Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates, too."""
+"""Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
 """Turn before the sweeps, and the rows (without friction) and speeds up to which an island has it."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
@@ -74,15 +74,15 @@ class Islands(Record):
 
 @compiled
 def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
-    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x within the cones.
+    """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
-    longer.
+    longer. x that is not finite has no residual.
     """
     blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
     if turn == SMALL_FIRST:
-        speeds = FEW_SPEEDS if FEW_SPEEDS < speeds else speeds
-        rows = FEW_ROWS if is_bare(problem) == 1 and FEW_ROWS < rows else rows
+        speeds = FEW_SPEEDS if speeds > FEW_SPEEDS else speeds
+        rows = FEW_ROWS if is_bare(problem) == 1 and rows > FEW_ROWS else rows
     add_all(problem)
     problem.residual = residual(problem)
     connect(problem, islands)
@@ -222,8 +222,8 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
 def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
     """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
-    Newton's method begins with the impulses of the sweeps, from the second turn on also with none, with other damping in
-    each. The best impulses are kept.
+    Newton's method begins with the impulses of the sweeps, from the second turn on also with none, with other damping
+    in each. The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
     least = islands.worst[island] / problem.reference

@@ -216,7 +216,8 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal, 1) == 0 and not problem.residual <= INEXACT:
+    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
+    if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
     run.displacing = 0

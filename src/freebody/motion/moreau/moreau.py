@@ -50,7 +50,7 @@ from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import answer_block, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
-from .loads import change_loads, imbalance, take_up_loads
+from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
 from .spin import set_spins
 from .stepping_record import (
@@ -196,14 +196,14 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
-    size, best, idle, r, trials, changes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
-    passes = 0
+    size, best, idle, r, trials, passes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    loads.changes = 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
-        if impulses(run, islands, goal, 1 if trials > 0 else 0) == 0:
+        if impulses(run, islands, goal, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
             return CONTACTS
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
@@ -233,12 +233,7 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
             continue
         if trials > MEANS:
             return LOADS
-        if trials == 1 and set_spins(run, run.u_mean) != 0:
-            answers(run, run.constraints)
-            take_up_loads(run)
-        else:
-            r = change_loads(run, r, changes)
-            changes += 1
+        r = change_loads(run, r, trials)
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
         goal = lesser(goal, greater(run.tolerance, 0.1 * size))
     return NONE

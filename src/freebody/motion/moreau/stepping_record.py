@@ -147,6 +147,7 @@ class Loads(Record):
 
     ``rest``             p - h f(u), from which the next step begins
     ``Me``               M⁻¹ e;  ``e_old``, ``Me_old``: before the last change of p
+    ``changes``          number of changes of p by e
     ``motion``           size of the motion, to which e is compared;  ``first_error``: |e|/√motion at the first p
     """
 
@@ -159,6 +160,7 @@ class Loads(Record):
     Me_old: Annotated[Row, "n"]
     motion: Real
     first_error: Real
+    changes: Whole
 
 
 @record
