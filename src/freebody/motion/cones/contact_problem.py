@@ -95,9 +95,11 @@ class Sweeping(Record):
     ``f``, ``f_old``, ``g_old``    change of x by a sweep, that by the sweep before, and x after that
     ``df``, ``dg``, ``norms``    last differences of f and of g, and |Δf|²
     ``pairs``                   number of the differences found for this A; other b have the same ones
+    ``ended``                   1 if the last sweeps ended with a result
     """
 
     pairs: Whole
+    ended: Whole
     speeds: Annotated[Row, 3]
     impulses: Annotated[Row, 3]
     before: Annotated[Row, "most"]

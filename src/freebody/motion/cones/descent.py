@@ -22,8 +22,7 @@ from ...native.instructions import compiled, greater, lesser
 from .block_rows import add, along
 from .cone import add_all, law_slopes, residual
 from .contact_problem import ContactProblem, Newton
-from .elimination import factored, substitute
-from .newton import jacobian
+from .elimination import factored, jacobian, substitute
 
 LOOSE, LOOSEST = 1e-8, 0.1
 """Limits of δ, which is the residual: a step leaves about this part of an error."""
@@ -32,8 +31,8 @@ LOST = 1e6
 
 
 @compiled
-def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> float:
-    """Improve x by up to ``most`` steps; return the residual of the best, which x becomes."""
+def descend(problem: ContactProblem, memory: Newton, goal: float, most: int, part: float) -> float:
+    """Improve x by up to ``most`` steps, δ a ``part`` of the residual; return that of the best, which x becomes."""
     m, least, turn = problem.count, math.inf, 0
     while True:
         add_all(problem)
@@ -44,7 +43,7 @@ def descend(problem: ContactProblem, memory: Newton, goal: float, most: int) -> 
                 memory.best[a] = problem.x[a]
         if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
             break
-        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, size))) == 0:
+        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size))) == 0:
             break
         turn += 1
     for a in range(m):

@@ -5,6 +5,9 @@ have their pull from the beginning. The method begins with x = low and takes in 
 and again: the impulses that hold the ones taken so far stay above low, and one that would fall below is let go. It ends
 after finitely many steps, also where rows depend on each other.
 
+Any set that presses is a beginning: rows with x > 0 in the guess are held at once, and those that would fall below low
+are let go until none does.
+
 Source: D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
 """
 
@@ -35,13 +38,12 @@ def is_bare(problem: ContactProblem) -> int:
 @hot
 @compiled
 def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
-    """Set x to the solution of a problem without friction from ``low``, by the dual method; return its residual."""
-    m, n, r, place, small = problem.count, 0, problem.r, dense.place, 0.5 * goal * problem.reference
-    for a in range(m):
-        problem.x[a], place[a] = problem.low[a], -1
-    add_all(problem)
-    for k in range(problem.blocks.n):
-        dense.w[k] = 0.0
+    """Set x to the solution of a problem without friction, by the dual method; return its residual.
+
+    The rows with x > 0 are held first.
+    """
+    m, r, place, small = problem.count, problem.r, dense.place, 0.5 * goal * problem.reference
+    n = begin(problem, dense)
     for _ in range(CHANGES * m):
         worst = -small
         for a in range(m):
@@ -56,6 +58,61 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
                     return math.inf
     add_all(problem)
     return residual(problem)
+
+
+@hot
+@compiled
+def begin(problem: ContactProblem, dense: Dense) -> int:
+    """Hold the rows with x > 0 that press together; return their number. Let all others have x = low."""
+    m, n, among, d, U, x, r = problem.count, 0, dense.among, dense.entries, dense.U, problem.x, problem.r
+    for k in range(problem.blocks.n):
+        dense.w[k] = 0.0
+    for a in range(m):
+        dense.place[a] = -1
+        if x[a] > 0.0:
+            rest = beside(problem, dense, a, n)
+            if rest > DEPENDENT * problem.scale[a]:
+                U[n * m + n], among[n], dense.place[a] = root(rest), a, n
+                n += 1
+        x[a] = problem.low[a]
+    add_all(problem)
+    for i in range(n):
+        r[among[i]] = rate(problem, among[i])
+    while shut(problem, dense, n) > 0:
+        for i in range(n - 1, -1, -1):
+            if d[i] < 0.0:
+                n = let_go(problem, dense, i, n)
+    for i in range(n):
+        x[among[i]] += d[i]
+    add_all(problem)
+    return n
+
+
+@compiled
+def shut(problem: ContactProblem, dense: Dense, n: int) -> int:
+    """Set d to the impulses that take their rates r from the n rows that are held; return the number of pulls."""
+    m, d, U, pulls = problem.count, dense.entries, dense.U, 0
+    for i in range(n):
+        d[i] = -problem.r[dense.among[i]]
+    for i in range(n):
+        row = U[i * m :]
+        d[i] /= row[i]
+        for k in range(i + 1, n):
+            d[k] -= d[i] * row[k]
+    back(dense, m, n)
+    for i in range(n):
+        pulls += 1 if d[i] < 0.0 else 0
+    return pulls
+
+
+@hot
+@compiled
+def back(dense: Dense, m: int, n: int) -> None:
+    """Set d to U⁻¹ d, for the n rows that are held."""
+    d = dense.entries
+    for i in range(n - 1, -1, -1):
+        row = dense.U[i * m :]
+        d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
 
 
 @hot
@@ -89,9 +146,7 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
     blocks, rows, v = problem.blocks, problem.rows, problem.v
     while True:
         rest = beside(problem, dense, p, n)
-        for i in range(n - 1, -1, -1):
-            row = U[i * m :]
-            d[i] = (d[i] - dot(row[i + 1 :], d[i + 1 :], n - 1 - i)) / row[i]
+        back(dense, m, n)
         far, freed = math.inf, -1
         if rest > DEPENDENT * problem.scale[p]:
             far = -(problem.b[p] + along(blocks, rows[p], problem.W, v)) / rest

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Integers, Reals, compiled, hot
-from .contact_problem import Blocks
+from .block_rows import block_add, block_add_three
+from .contact_problem import NORMAL, SECOND, Blocks, ContactProblem, Newton
 
 
 @compiled
@@ -100,3 +101,59 @@ def substitute(a: Reals, blocks: Blocks, ends: Integers, order: Integers, x: Rea
             for j in range(k + 1, ends[b]):
                 total -= row[j] * x[j]
             x[k] = total / row[k]
+
+
+@hot
+@compiled
+def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
+    """Set J to 1 + Cᵀ G, G stored as the rows of the problem, and the ends of its blocks."""
+    blocks, n, J, ends = problem.blocks, problem.blocks.n, memory.J[0], memory.ends
+    for b in range(blocks.count):
+        ends[b] = blocks.starts[b + 1]
+    for a in range(problem.count):
+        r = problem.rows[a]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            for q in range(blocks.first[r], blocks.first[r + 1]):
+                one, end = blocks.pieces[p], blocks.starts[blocks.pieces[q] + 1]
+                if end > ends[one]:
+                    ends[one] = end
+    for b in range(blocks.count):
+        if b > 0 and ends[b - 1] > ends[b]:
+            ends[b] = ends[b - 1]
+        for k in range(blocks.starts[b], blocks.starts[b + 1]):
+            for j in range(blocks.starts[b], ends[b]):
+                J[k * n + j] = 0.0
+                J[j * n + k] = 0.0
+            J[k * n + k] = 1.0
+    a = 0
+    while a < problem.count:
+        size = (
+            3
+            if a + 2 < problem.count and problem.kinds[a] == NORMAL and problem.kinds[a + 2] == SECOND
+            else 1
+        )
+        spread(problem, a, size, G, J)
+        a += size
+
+
+@hot
+@compiled
+def spread(problem: ContactProblem, a: int, rows: int, G: Reals, J: Reals) -> None:
+    """Add the part of row ``a`` to J, or of the three ``rows`` of a contact from there on, if it is not zero."""
+    blocks, n, r, acts, X = problem.blocks, problem.blocks.n, problem.rows[a], 0, problem.X
+    i = blocks.at[r]
+    step = blocks.at[r + 1] - i
+    for k in range(i, i + rows * step):
+        acts = 1 if G[k] != 0.0 else acts
+    for p in range(blocks.first[r], blocks.first[r + 1] if acts == 1 else blocks.first[r]):
+        for k in range(blocks.starts[blocks.pieces[p]], blocks.starts[blocks.pieces[p] + 1]):
+            row, j = J[k * n :], blocks.at[r]
+            for q in range(blocks.first[r], blocks.first[r + 1]):
+                begin = blocks.starts[blocks.pieces[q]]
+                size = blocks.starts[blocks.pieces[q] + 1] - begin
+                if rows == 3:
+                    block_add_three(row[begin:], X, i, G[j:], step, size)
+                else:
+                    block_add(row[begin:], X[i], G[j:], size)
+                j += size
+            i += 1

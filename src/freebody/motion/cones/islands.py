@@ -18,7 +18,7 @@ from typing import Annotated
 
 from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
-from .cone import add_all, residual
+from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
@@ -32,9 +32,13 @@ SLOW, IDLE = 0.2, 6
 """Ratio of two residuals above which the compliance falls, and rounds without progress that end the search."""
 FEW = 12
 """Newton steps of a round; a greater compliance takes fewer."""
-WARM, COLD = 12, 25
+WARM, COLD = 12, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
+INSIDE = 0.1
+"""Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
+SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
+"""Turn before the sweeps, and the rows (without friction) and speeds up to which an island has it."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
 """|F| relative to |v| that ends Newton's method in a round: a part of the residual before it, and the least one."""
 
@@ -70,11 +74,15 @@ class Islands(Record):
 
 @compiled
 def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
-    """Improve x in every island that violates a law by more than ``goal``; return the residual, of finite x.
+    """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
-    ``turn`` counts the calls for one problem.
+    ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
+    longer. x that is not finite has no residual.
     """
-    blocks = problem.blocks
+    blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
+    if turn == SMALL_FIRST:
+        speeds = FEW_SPEEDS if speeds > FEW_SPEEDS else speeds
+        rows = FEW_ROWS if is_bare(problem) == 1 and rows > FEW_ROWS else rows
     add_all(problem)
     problem.residual = residual(problem)
     connect(problem, islands)
@@ -84,10 +92,11 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
-        if unsolved and lay_out(problem, islands, b) == 1:
-            solved = at_once(problem, islands, goal, turn)
+        if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
+            solved = at_once(problem, islands, b, goal, turn)
             if solved == 0 and turn > 0:
                 improve(problem, islands, b, goal)
+    project_all(problem, problem.x, problem.x)
     add_all(problem)
     problem.residual = residual(problem)
     return problem.residual
@@ -138,18 +147,18 @@ def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
 
 
 @compiled
-def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
-    """Write an island as a problem of its own; return 0 if there is no room for it."""
+def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, speeds: int) -> int:
+    """Write an island as a problem of its own; return 0 if it has more rows or speeds."""
     blocks, part, n, m = problem.blocks, islands.part, 0, 0
     for a in range(problem.count):
         if island_of(problem, islands, a) == island:
-            if m < islands.rows:
+            if m < rows:
                 islands.own[m] = a
             m += 1
     for b in range(blocks.count):
         if root_of(islands, b) == island:
             n += blocks.starts[b + 1] - blocks.starts[b]
-    if n > islands.speeds or m > islands.rows:
+    if n > speeds or m > rows:
         return 0
     part.count, part.reference, part.blocks.n = m, problem.reference, n
     for i in range(m):
@@ -210,30 +219,45 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
 
 
 @compiled
-def at_once(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> int:
+def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
     """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
-    Newton's method begins with the impulses of the sweeps; in the second turn it also begins with none.
+    Newton's method begins with the impulses of the sweeps, from the second turn on also with none, with other damping
+    in each. The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
+    least = islands.worst[island] / problem.reference
     for i in range(part.count):
         newton.y[i] = part.x[i]
-    left = math.inf
-    if is_bare(part) == 1 and part.count <= dense.most:
-        left = take_in(part, dense, goal)
-    else:
-        left = descend(part, newton, goal, WARM)
-        if left > goal and turn == 1:
+    left, ways = math.inf, 1 if turn < 1 else 2
+    for way in range(ways):
+        if is_bare(part) == 1 and part.count <= dense.most:
+            left, ways = take_in(part, dense, goal), 1
+        elif way == 0:
+            left = descend(part, newton, INSIDE * goal, WARM, 1.0)
+        elif least > goal:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, newton, goal, COLD)
-    if left <= goal:
-        for i in range(part.count):
-            problem.x[islands.own[i]] = part.x[i]
-        return 1
+            left = descend(part, newton, INSIDE * goal, COLD, looseness(turn))
+        if left < least:
+            least = left
+            for i in range(part.count):
+                newton.y[i] = part.x[i]
     for i in range(part.count):
         part.x[i] = newton.y[i]
-    return 0
+    if turn != SMALL_FIRST or least <= goal:
+        islands.worst[island] = least * problem.reference
+        for i in range(part.count):
+            problem.x[islands.own[i]] = part.x[i]
+    return 1 if least <= goal else 0
+
+
+@compiled
+def looseness(turn: int) -> float:
+    """Return the part of the residual that a step is damped by in a turn: what one leads astray, another solves."""
+    if turn % 3 == 1:
+        return 1.0
+    return 10.0 if turn % 3 == 2 else 0.1
 
 
 @compiled

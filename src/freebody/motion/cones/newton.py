@@ -27,10 +27,10 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Integers, Reals, compiled, greater, hot, root
-from .block_rows import add, along, block_add, dot
+from .block_rows import add, along, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
-from .elimination import factored, substitute
+from .elimination import factored, jacobian, substitute
 
 DENSE = 24
 """Number of directions up to which Newton's method starts from zero without sweeps."""
@@ -220,52 +220,6 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
         memory.kept = 0.0
         return 0
     return 1
-
-
-@hot
-@compiled
-def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
-    """Set J to 1 + Cᵀ G, G stored as the rows of the problem, and the ends of its blocks."""
-    blocks, n, J, ends = problem.blocks, problem.blocks.n, memory.J[0], memory.ends
-    for b in range(blocks.count):
-        ends[b] = blocks.starts[b + 1]
-    for a in range(problem.count):
-        r = problem.rows[a]
-        for p in range(blocks.first[r], blocks.first[r + 1]):
-            for q in range(blocks.first[r], blocks.first[r + 1]):
-                one, end = blocks.pieces[p], blocks.starts[blocks.pieces[q] + 1]
-                if end > ends[one]:
-                    ends[one] = end
-    for b in range(blocks.count):
-        if b > 0 and ends[b - 1] > ends[b]:
-            ends[b] = ends[b - 1]
-        for k in range(blocks.starts[b], blocks.starts[b + 1]):
-            for j in range(blocks.starts[b], ends[b]):
-                J[k * n + j] = 0.0
-                J[j * n + k] = 0.0
-            J[k * n + k] = 1.0
-    for a in range(problem.count):
-        spread(problem, a, G, J)
-
-
-@hot
-@compiled
-def spread(problem: ContactProblem, a: int, G: Reals, J: Reals) -> None:
-    """Add the part of row ``a`` to J, if it is not zero."""
-    blocks, n, r, acts = problem.blocks, problem.blocks.n, problem.rows[a], 0
-    i = blocks.at[r]
-    for k in range(i, blocks.at[r + 1]):
-        acts = 1 if G[k] != 0.0 else acts
-    for p in range(blocks.first[r], blocks.first[r + 1] if acts == 1 else blocks.first[r]):
-        for k in range(blocks.starts[blocks.pieces[p]], blocks.starts[blocks.pieces[p] + 1]):
-            part, row, j = problem.X[i], J[k * n :], blocks.at[r]
-            if part != 0.0:
-                for q in range(blocks.first[r], blocks.first[r + 1]):
-                    begin = blocks.starts[blocks.pieces[q]]
-                    size = blocks.starts[blocks.pieces[q] + 1] - begin
-                    block_add(row[begin:], part, G[j:], size)
-                    j += size
-            i += 1
 
 
 # -- multipliers -----------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
+from .spin import leave_spins
 from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
 
 DEEP = 1e-10
@@ -45,6 +46,7 @@ TINY = 1e-300
 def correct(run: Run, islands: Islands, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
     depth, error, moved, n = 0.0, math.inf, run.moved[run.done], run.machine.n_q + run.machine.n
+    run.displacing = 0
     for i in range(n):
         moved[i] = run.z[i]
     for k in range(CLOSINGS):
@@ -197,6 +199,7 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
     run.families.patch.even = 0.0
     if failure == NONE:
         close(run, 0, near)
+        leave_spins(run)
         answers(run, constraints)
     return failure
 
@@ -205,16 +208,31 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
 def solved(run: Run, islands: Islands, depth: float) -> int:
     """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0."""
     problem = run.problem
-    problem.reference = TINY
+    problem.reference, k = TINY, 0
     for a in range(problem.count):
-        problem.x[a] = 0.0
+        while k < run.displacing and run.displaced[k] < number(run, a):
+            k += 1
+        problem.x[a] = TINY if k < run.displacing and run.displaced[k] == number(run, a) else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
+    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
+    if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
+    run.displacing = 0
+    for a in range(problem.count):
+        if problem.x[a] > greater(problem.low[a], 0.0):
+            run.displaced[run.displacing] = number(run, a)
+            run.displacing += 1
     return 1
+
+
+@compiled
+def number(run: Run, a: int) -> int:
+    """Return a number of the contact of row ``a`` of the problem, by which it is known in other problems."""
+    e = run.contacts.owner[a]
+    return e if a < run.contacts.closed else run.contacts.count + run.families.pairs.ids[e]
 
 
 @compiled

@@ -88,6 +88,16 @@ def block_back(of: Elimination, b: int, p: Reals, x: Reals) -> None:
 
 
 @compiled
+def answer_block(of: Elimination, b: int, p: Reals, x: Reals) -> None:
+    """Set x = (M_b - D_b)⁻¹ p for the numbers of one block (`spin`)."""
+    block_back(of, b, p, x)
+    if of.spins[b] != 0:
+        C, a, c, d = of.C[b], x[0], x[1], x[2]
+        for i in range(6):
+            x[i] += C[3 * i] * a + C[3 * i + 1] * c + C[3 * i + 2] * d
+
+
+@compiled
 def hold(of: Elimination, W: Reals, count: int) -> int:
     """Compute K = M⁻¹ Gᵀ and the factor S of G K for the first ``count`` constraints.
 
@@ -141,7 +151,7 @@ def answer(of: Elimination, r: int, W: Reals, X: Reals, sigma: Reals, count: int
     k = blocks.at[r]
     for p in range(blocks.first[r], blocks.first[r + 1]):
         b = blocks.pieces[p]
-        block_back(of, b, X[k:], X[k:])
+        answer_block(of, b, X[k:], X[k:])
         k += blocks.starts[b + 1] - blocks.starts[b]
 
 

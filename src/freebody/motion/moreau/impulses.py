@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled
-from ..cones.islands import Islands, settle
+from ..cones.islands import SMALL_FIRST, Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
@@ -16,9 +16,14 @@ TURNS, ANEW = 8, 4
 
 
 @compiled
-def impulses(run: Run, islands: Islands, goal: float) -> int:
-    """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0."""
+def impulses(run: Run, islands: Islands, goal: float, near: int) -> int:
+    """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
+
+    ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
+    """
     problem, most = run.problem, FEW
+    if near == 1 and settle(problem, islands, goal, SMALL_FIRST) <= goal:
+        return 1
     for turn in range(TURNS):
         if turn == ANEW:
             for a in range(problem.count):
@@ -29,6 +34,7 @@ def impulses(run: Run, islands: Islands, goal: float) -> int:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
+        run.sweeping.ended = 1 if sweeps >= 0 else 0
         if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal, turn) <= goal):
             return 1
         if problem.stop != 0 or not math.isfinite(problem.residual):

@@ -12,7 +12,9 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.block_rows import dot
+from .configuration import answers
 from .elimination import block_back
+from .spin import set_spins, take_spins
 from .stepping_record import Run
 
 SHORTEST = 1e-4
@@ -28,10 +30,26 @@ def imbalance(run: Run, trials: int) -> float:
         loads.motion = size_of_motion(run)
     for i in range(blocks.n):
         loads.e[i] = run.h * (loads.f[i] + run.pressed[i]) - loads.p[i]
+    take_spins(run)
     for b in range(blocks.count):
         first = blocks.starts[b]
         block_back(run.elimination, b, loads.e[first:], loads.Me[first:])
     return root(dot(loads.e, loads.Me, blocks.n) / loads.motion)
+
+
+@compiled
+def spun(run: Run) -> int:
+    """Set D to that of the mean speeds, and p to h f - D w, which leaves no e; return 0 if all D are zero, else 1."""
+    loads = run.loads
+    if set_spins(run, run.u_mean) == 0:
+        return 0
+    answers(run, run.constraints)
+    for i in range(run.machine.n):
+        loads.e[i] = run.h * (loads.f[i] + run.pressed[i])
+    take_spins(run)
+    for i in range(run.machine.n):
+        loads.p[i] = loads.e[i]
+    return 1
 
 
 @compiled
@@ -49,10 +67,16 @@ def size_of_motion(run: Run) -> float:
 
 
 @compiled
-def change_loads(run: Run, r: float, changes: int) -> float:
-    """Add r e to p, with the r that minimizes |e + r Δe/r_last| (1 the first time); return r."""
+def change_loads(run: Run, r: float, trials: int) -> float:
+    """Add r e to p, with the r that minimizes |e + r Δe/r_last| (1 the first time); return r.
+
+    After the first trial p is what its speeds demand, where bodies turn.
+    """
     loads, n = run.loads, run.machine.n
-    if changes > 0:
+    if trials == 1 and spun(run) == 1:
+        return r
+    loads.changes += 1
+    if loads.changes > 1:
         along_e, whole = 0.0, 0.0
         for i in range(n):
             change = loads.e_old[i] - loads.e[i]

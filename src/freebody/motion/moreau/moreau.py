@@ -47,11 +47,12 @@ from .bearings import AGREE, PASSES, bear
 from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .curvature import after, lasting, returned, set_turns, turned
-from .elimination import block_back, meet
+from .elimination import answer_block, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
+from .spin import set_spins
 from .stepping_record import (
     CLOSED_GAP,
     CONTACTS,
@@ -122,6 +123,7 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
     begin_pairs(run)
+    set_spins(run, run.u)
     answers(run, run.constraints)
     set_turns(run, islands)
     adhere(run)
@@ -193,14 +195,14 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
-    size, best, idle, r, trials, changes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
-    passes = 0
+    size, best, idle, r, trials, passes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    loads.changes = 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
-        if impulses(run, islands, goal) == 0:
+        if impulses(run, islands, goal, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
             return CONTACTS
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
@@ -230,8 +232,7 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
             continue
         if trials > MEANS:
             return LOADS
-        r = change_loads(run, r, changes)
-        changes += 1
+        r = change_loads(run, r, trials)
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
         goal = lesser(goal, greater(run.tolerance, 0.1 * size))
     return NONE
@@ -256,7 +257,7 @@ def free_velocity(run: Run) -> None:
         run.momentum[i] = loads.p[i] + run.blow[i]
     for b in range(blocks.count):
         first = blocks.starts[b]
-        block_back(run.elimination, b, run.momentum[first:], run.free[first:])
+        answer_block(run.elimination, b, run.momentum[first:], run.free[first:])
     meet(run.elimination, run.W, run.constraint_rates, run.constraints, run.free, run.lam)
 
 

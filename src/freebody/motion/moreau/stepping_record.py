@@ -124,6 +124,7 @@ class Elimination(Record):
     ``L``     L Lᵀ = M by blocks, ``band``: of each;  ``K`` = M⁻¹ Gᵀ by rows;  ``S``: factor of ``GK`` = G K
     ``sigma``           change of -λ per impulse of each row of the problem
     ``rates``, ``share``    numbers of the constraints
+    ``spins``           1 for a block whose loads by its turning are in its equations;  ``D``, ``C``: of these (`spin`)
     """
 
     blocks: Blocks
@@ -136,6 +137,9 @@ class Elimination(Record):
     sigma: Annotated[Rows, "most", "constraints"]
     rates: Annotated[Row, "constraints"]
     share: Annotated[Row, "constraints"]
+    spins: Annotated[Wholes, "blocks"]
+    D: Annotated[Rows, "blocks", 9]
+    C: Annotated[Rows, "blocks", 18]
 
 
 @record
@@ -144,6 +148,7 @@ class Loads(Record):
 
     ``rest``             p - h f(u), from which the next step begins
     ``Me``               M⁻¹ e;  ``e_old``, ``Me_old``: before the last change of p
+    ``changes``          number of changes of p by e
     ``motion``           size of the motion, to which e is compared;  ``first_error``: |e|/√motion at the first p
     """
 
@@ -156,6 +161,7 @@ class Loads(Record):
     Me_old: Annotated[Row, "n"]
     motion: Real
     first_error: Real
+    changes: Whole
 
 
 @record
@@ -193,6 +199,8 @@ class Run(Record):
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
+    ``displaced``          contacts that press in the last displacement of this correction, by ascending numbers
+                           (`correction.number`); their count is ``displacing``
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -219,6 +227,8 @@ class Run(Record):
     families: Families
     contacts: Contacts
     elimination: Elimination
+    displacing: Whole
+    displaced: Annotated[Wholes, "most"]
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads

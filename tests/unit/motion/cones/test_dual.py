@@ -8,11 +8,11 @@ from freebody.motion.cones.contact_problem import NORMAL, Dense
 from freebody.native import loop
 
 
-def solved(dense):
-    """Return the impulses that the method finds from zero, and their residual."""
+def solved(dense, guess=0.0):
+    """Return the impulses that the method finds from zero or a guess, and their residual."""
     dense.from_zero()  # sets the rows
     problem, most = dense.memory, len(dense.b)
-    problem.x[:] = 0.0
+    problem.x[:] = guess
     room = Dense.made(most=most, squares=most * most, n=problem.blocks.n)
     residual = loop.code("motion.cones.dual", "take_in")(problem, room, 1e-12)
     return problem.x.copy(), residual
@@ -29,6 +29,10 @@ def test_the_dual_method_solves_every_problem_without_friction(seed):
     assert residual <= 1e-12
     assert (x >= 0).all()
     assert ((x > 0) <= (np.abs(A @ x + b) < 1e-10)).all()
+    for guess in (x, rng.uniform(-1, 1, m), np.ones(m)):  # the rows that it holds first change nothing
+        other, residual = solved(DenseProblem(A, b, [NORMAL] * m, [0.0] * m), guess)
+        assert residual <= 1e-12
+        assert (other >= 0).all() and np.abs(A @ (other - x)).max() < 1e-9
 
 
 def test_the_dual_method_says_that_conditions_contradict_each_other():
