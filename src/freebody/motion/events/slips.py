@@ -6,17 +6,14 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
-from ..ode.layout import FINISHED
 from ..phase import laws
-from ..phase.contact_outputs import evaluated
-from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
 from .impulses import move_speeds
-from .log import log_phase, log_state
 from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, project, set_up
+from .straight_steps import go_straight, log_leap
 
 UPSET = -2
 """Answer that a straight step would turn other slips."""
@@ -124,9 +121,9 @@ def upset(it: EventRun, own: int, length: float) -> int:
 def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, whole: int) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
-    This moment is a straight step of at most ``longest`` that gives the slip a direction. Return -1 if the others
-    prevent the slip in the direction of its acceleration, and `UPSET` if other slow slips would turn within the step,
-    and ``whole`` is not 0.
+    This moment is a straight step of at most ``longest`` that gives the slip a direction. It ends before where a
+    contact closes. Return -1 if the others prevent the slip in the direction of its acceleration, and `UPSET` if other
+    slow slips would turn within the step, and ``whole`` is not 0.
     """
     least = pull(it)
     if least < 0.0:
@@ -149,28 +146,11 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
             return UPSET
     copy(it.y, it.start, it.n_y)
     for i in range(n):
-        change = it.free[i]
+        it.step[n_q + i] = it.free[i]
         for r in range(it.rows):
-            change += it.force[r] * it.X[r * n + i]
-        it.step[n_q + i] = length * change
-    machine, state = PhaseData(it.looking), it.trial
-    for i in range(n):
-        state[n_q + i] = it.y[n_q + i] + it.step[n_q + i] / 2.0
-        it.y[n_q + i] += it.step[n_q + i]
-    copy(it.start, state, n_q)
-    evaluated(it.t, state, machine)
-    for i in range(n_q):
-        it.y[i] += length * machine.q_dot[i]
-    leap(it, contacts, length)
-    return 1
-
-
-@compiled
-def leap(it: EventRun, contacts: Contacts, length: float) -> None:
-    """Log a straight step of this length from the state ``start`` to the present one, and end it there."""
+            it.step[n_q + i] += it.force[r] * it.X[r * n + i]
     begun = it.t
-    it.t = it.t + length
-    look(it)
+    length = go_straight(it, length)
     set_up(it, contacts)
     project(it)
     it.rates(it.t, it.y, it.phase, it.step)
@@ -178,15 +158,7 @@ def leap(it: EventRun, contacts: Contacts, length: float) -> None:
         it.y[i] += length * it.step[i]
     look(it)
     log_leap(it, begun, length)
-
-
-@compiled
-def log_leap(it: EventRun, begun: float, length: float) -> None:
-    """Log a straight step."""
-    it.first_row = it.logged
-    log_state(it, begun, it.start, length)
-    log_state(it, it.t, it.y, 0.0)
-    log_phase(it, FINISHED, 0, 0, 0, event_run.STRAIGHT)
+    return 1
 
 
 # -- the last moment -------------------------------------------------------------------------------------
@@ -266,8 +238,9 @@ def stops_beside(it: EventRun, k: int) -> int:
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
-    A slip along a line is at its end. Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops
-    if it sticks then. The state is that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips
+    A slip along a line is at its end. The step ends before where a contact closes. Return 1 if the state has changed, 0
+    if not, and -1 if it hardly slows: it stops if it sticks then. The state is that without slip, and ``kept`` the one
+    before. Return `UPSET` if other slow slips
     would turn within the step, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
@@ -295,10 +268,12 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once
         it.measure[j] = slip_speed(it, j)
     begun = it.t
-    for i in range(it.n_y):
-        it.y[i] += length * it.step[i]
-    it.t = begun + length
-    look(it)
+    passed = go_straight(it, length)
+    for i in range(it.n_q + it.n, it.n_y):
+        it.y[i] += passed * it.step[i]
+    if passed < length:
+        log_leap(it, begun, passed)
+        return 1
     for j in range(it.contacts):
         slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
         if slides and it.measure[j] <= FADES * laws.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
