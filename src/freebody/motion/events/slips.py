@@ -235,13 +235,27 @@ def stops_beside(it: EventRun, k: int) -> int:
 
 
 @compiled
+def find_stopped(it: EventRun, k: int, length: float) -> None:
+    """Let the slips of other contacts end with that of contact k, after this time; ``speeds`` are the accelerations.
+
+    A body that turns as it stops comes to rest at all its contacts at once.
+    """
+    for j in range(it.contacts):
+        slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        r, speed, left = it.first[j] + 1, slip_speed(it, j), 0.0
+        for i in range(it.tangents[j]):
+            left += (it.rate[r + i] + length * it.speeds[r + i]) ** 2
+        ends = slides and speed <= FADES * laws.STOPPED and root(left) <= speed / ALIKE
+        it.stopped[j] = 1 if j == k or ends else 0
+
+
+@compiled
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
     A slip along a line is at its end. The step ends before where a contact closes. Return 1 if the state has changed, 0
     if not, and -1 if it hardly slows: it stops if it sticks then. The state is that without slip, and ``kept`` the one
-    before. Return `UPSET` if other slow slips
-    would turn within the step, and ``whole`` is not 0.
+    before. Return `UPSET` if other slow slips would turn within the step, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
@@ -257,6 +271,7 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         stop(it, contacts, 0)
         return 1
     length = speed / slowing
+    find_stopped(it, k, length)
     if length > event_run.LONGEST:
         copy(it.y, it.kept, it.n_y)
         stop(it, contacts, 1)
@@ -265,19 +280,14 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         return UPSET
     copy(it.y, it.start, it.n_y)
     it.rates(it.t, it.y, it.phase, it.step)
-    for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once
-        it.measure[j] = slip_speed(it, j)
     begun = it.t
     passed = go_straight(it, length)
     for i in range(it.n_q + it.n, it.n_y):
         it.y[i] += passed * it.step[i]
-    if passed < length:
-        log_leap(it, begun, passed)
-        return 1
-    for j in range(it.contacts):
-        slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
-        if slides and it.measure[j] <= FADES * laws.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
-            it.stopped[j] = 1
-    stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
-    log_leap(it, begun, length)
+    if passed < length:  # what closes comes first
+        for j in range(it.contacts):
+            it.stopping[j] = 0
+    else:
+        stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
+    log_leap(it, begun, passed)
     return 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled
 from ..ode.layout import FINISHED
+from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import elsewhere
 from ..phase.phase_record import PhaseData
@@ -58,12 +59,11 @@ def move_straight(it: EventRun, begun: float, length: float) -> None:
 
 @compiled
 def closes(it: EventRun, band: float) -> int:
-    """Return 1 if a contact is deeper than ``band`` that was open before, with the gap ``apart``, else 0."""
+    """Return 1 if an open contact, whose gap was ``apart``, has become deeper than ``band``, else 0."""
     for k in range(it.contacts):
-        was_open = (
-            it.apart[k] > it.near and it.held[k] == 0 and elsewhere(it.side, it.mode, it.contacts, k) == 0
-        )
-        if was_open and it.gap[k] < -band and it.reach[k] >= -it.near:
+        was_open = it.mode[k] == laws.OPEN and it.held[k] == 0 and it.apart[k] >= -it.near
+        deep = it.gap[k] < -band and it.reach[k] >= -it.near
+        if was_open and deep and elsewhere(it.side, it.mode, it.contacts, k) == 0:
             return 1
     return 0
 
