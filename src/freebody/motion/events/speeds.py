@@ -22,7 +22,7 @@ from .impulses import gather
 from .jumps import forget_signs
 from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import normalise
-from .straight_steps import closes, log_leap, loses_places
+from .slips import closes, log_leap, loses_places
 
 
 @compiled
