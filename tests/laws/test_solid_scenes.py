@@ -239,16 +239,26 @@ def slow(*seeds):
 # by noise of the directions of slow slips (140; 33, 139), an impact that is solved to 1.3e-10 of the speeds only (12);
 # friction of a fixed direction where open forces hold a body at rest: chatter (235, 312, 530, 576) and a ledger of
 # 2e-5 J (516); an open gap that closes by its round-off (252); the side of a steep crossing (600); zeros that only the
-# dense output has (257); a place of a patch that a step of the speeds passes (377, 1062); modes of a rest that ended,
-# whose states between the steps were not finite (1076); slips that a straight step turns (1129)
+# dense output has (257); a place of a patch that a step of the speeds passes (377, 1062), or that comes between two
+# points of a step (334, 1314); modes of a rest that ended, whose states between the steps were not finite (1076); slips
+# that a straight step turns (1129). Two closed contacts beside each other turned a box by 1e-7 as one was lifted by
+# 6e-12 m, 4e-7 J (1062)
 @pytest.mark.parametrize(
     "seed",
-    [13, 65, 68, 140, 516, 600, *slow(12, 33, 139, 235, 252, 257, 312, 377, 530, 576, 1062, 1076, 1129)],
+    [
+        13,
+        65,
+        68,
+        140,
+        600,
+        1062,
+        *slow(12, 33, 139, 235, 252, 257, 312, 334, 377, 516, 530, 576, 1076, 1129, 1314),
+    ],
 )
 def test_a_box_thrown_on_a_box_by_events(seed):
     s, start = thrown_on_a_box(seed)
     motion = fb.simulate(s, 0.8, initial=start)
-    assert motion.status == "finished" and ledger(motion) < (1e-6 if seed == 1062 else 1e-7)
+    assert motion.status == "finished" and ledger(motion) < 1e-7
     assert deepest(motion) > -1e-9
 
 

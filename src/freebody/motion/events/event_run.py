@@ -158,7 +158,7 @@ class EventRun(Record):
     ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
-    ``near``, ``still``           gap and speed that are zero
+    ``near``, ``still``           gap and speed that are zero;  ``apart``: gaps before a straight step
     ``closed``, ``chosen``        1 for each closed contact; the contacts of the contact problem
     ``adhesive``                  number of contacts that bear a pull
     ``adhering``, ``parted``      1 for each contact whose pull is in the accelerations; for each that opens now
@@ -310,6 +310,7 @@ class EventRun(Record):
     resters: Annotated[Wholes, "contacts"]
     end_of: Annotated[Wholes, "contacts"]
     measure: Annotated[Row, "contacts"]
+    apart: Annotated[Row, "contacts"]
     flight: Annotated[Row, "contacts"]
     way: Annotated[Rows, "contacts", 2]
     way_before: Annotated[Rows, "contacts", 2]

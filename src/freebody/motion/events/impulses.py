@@ -477,30 +477,36 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
 def lift(it: EventRun, contacts: Contacts) -> None:
     """Move contacts that open from a slightly negative gap (closed within tolerance) to gap zero.
 
-    Their return is then a zero crossing of the gap; from a negative gap it would not be. Contacts that leave from above
-    do not hold the others down: four corners of a face fit three conditions.
+    Their return is then a zero crossing of the gap; from a negative gap it would not be. It is the least motion that
+    leaves no gap of a closed contact negative, g + W dq >= 0, dq = M⁻¹ Wᵀ x, x >= 0: an impact without friction whose
+    speeds are gaps. Equations for all gaps would turn bodies by the gap over the distance of two contacts.
     """
     low, below, count, n = event_run.LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
     for k in range(it.contacts):
         if it.closed[k] != 0:
-            leaves = it.rate[it.first[k]] > it.still
-            if it.gap[k] < -low and leaves:
-                below = 1
-            if it.gap[k] <= low or not leaves:
-                count = add_row(it, count, it.first[k], -lesser(it.gap[k], 0.0))
+            below += 1 if it.gap[k] < -low and it.rate[it.first[k]] > it.still else 0
+            count = add_row(it, count, it.first[k], it.gap[k])
     if below == 0:
         return
-    impelled(it, contacts, count)
+    contacts.contacts, contacts.rows, contacts.equalities = count, count, 0
+    for a in range(count):
+        contacts.at[a], contacts.tangents[a], contacts.given[a] = a, 0, it.goal[a]
+        contacts.friction[a] = contacts.static[a] = contacts.least[a] = 0.0
+        contacts.slides[a], contacts.held[a], contacts.presser[a] = 0, 0, -1
+        for b in range(count):
+            contacts.A[a * count + b] = product_of(
+                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
+            )
+    run_by(it.finding, contacts)
     machine, state = PhaseData(it.looking), it.trial
     copy(it.y, state, it.n_y)
     for i in range(n):
         state[it.n_q + i] = 0.0
     evaluated(it.t, state, machine)
     copy(machine.q_dot, it.step, it.n_q)
-    for r in range(it.rows):
-        if it.whole[r] != 0.0:
-            for i in range(n):
-                state[it.n_q + i] += it.whole[r] * it.X[r * n + i]
+    for a in range(count):
+        for i in range(n):
+            state[it.n_q + i] += contacts.forces[a] * it.X[it.list[a] * n + i]
     evaluated(it.t, state, machine)
     for i in range(it.n_q):
         it.y[i] += machine.q_dot[i] - it.step[i]

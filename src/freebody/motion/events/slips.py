@@ -1,5 +1,7 @@
 """Slip in space at speed zero, where it has no direction, in compiled code: its first and last moments, as straight
-steps.
+steps, of 1 µs at most, with the accelerations at the start. They end where a contact closes.
+
+    u(s) = u + s a,    q(s) = q + s B(q) (u + s a/2)
 """
 
 from __future__ import annotations
@@ -8,7 +10,8 @@ from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
 from ..phase import laws
-from ..phase.contact_outputs import evaluated, force_of
+from ..phase.contact_outputs import evaluated
+from ..phase.mode_conditions import elsewhere
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
@@ -23,6 +26,8 @@ DEAD = 1e-16
 
 An event is located to about 1e-11 of a turn.
 """
+HALVINGS = 32
+"""Number of halvings of a step in search of the moment at which a contact closes: 1 µs to the round-off of 1 s."""
 UPSET = -2
 """Answer that a straight step would turn other slips."""
 FADES, ALIKE = 100.0, 10.0
@@ -64,52 +69,75 @@ def scale_of(it: EventRun) -> float:
     return result
 
 
-# -- the first moment ------------------------------------------------------------------------------------
+# -- straight steps --------------------------------------------------------------------------------------
 
 
 @compiled
-def hold(it: EventRun, contacts: Contacts) -> int:
-    """Let contacts whose slip would begin, but that the others hold at rest, be at their limits; return 1, or 0.
+def go_straight(it: EventRun, length: float) -> float:
+    """Pass a straight step from ``start``, with the accelerations in ``step``, up to the first contact that closes.
 
-    Their friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
-    all that can hold it have reached their limits. So it is, without such modes, where shares of contacts at rest lie
-    outside their cones.
+    Return its length. A place of a patch of solids that comes is no contact yet, and ends it, too.
     """
-    weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
-    for k in range(it.contacts):
-        if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-            if nudged(it, contacts, k) == 0:
-                it.mode[k], held = laws.LIMIT, 1
+    begun, low, high = it.t, 0.0, length
+    copy(it.gap, it.apart, it.contacts)
+    move_straight(it, begun, length)
+    if closes(it, it.near) != 0 or loses_places(it) != 0:
+        for _ in range(HALVINGS):
+            move_straight(it, begun, (low + high) / 2.0)
+            if closes(it, 0.0) != 0 or loses_places(it) != 0:
+                high = (low + high) / 2.0
             else:
-                starts += 1
-    if starts > 0 and nudged(it, contacts, -1) == 0:
-        for k in range(it.contacts):
-            if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-                it.mode[k], held = laws.LIMIT, 1
-    return 1 if held != 0 or beyond_cones(it, -event_run.SMALL) != 0 else 0
+                low = (low + high) / 2.0
+        move_straight(it, begun, high)
+    return high
 
 
 @compiled
-def beyond_cones(it: EventRun, part: float) -> int:
-    """Return 1 if open forces of a contact at rest are within less than ``part`` of its cone as a phase begins, else 0.
+def move_straight(it: EventRun, begun: float, length: float) -> None:
+    """Set the state at this distance from ``start`` on a straight step, and look at the contacts."""
+    n_q, n, machine = it.n_q, it.n, PhaseData(it.looking)
+    copy(it.start, it.trial, it.n_y)
+    for i in range(n):
+        it.trial[n_q + i] += length * it.step[n_q + i] / 2.0
+    evaluated(begun, it.trial, machine)
+    for i in range(n_q):
+        it.y[i] = it.start[i] + length * machine.q_dot[i]
+    for i in range(n):
+        it.y[n_q + i] = it.start[n_q + i] + length * it.step[n_q + i]
+    it.t = begun + length
+    look(it)
 
-    Where they are outside, the function that ends the rest would never fall through zero. Shares are open, and so is
-    what is left by friction at the limit of a contact that others hold in place.
-    """
-    found = it.spare_count
+
+@compiled
+def closes(it: EventRun, band: float) -> int:
+    """Return 1 if an open contact, whose gap was ``apart``, has become deeper than ``band``, else 0."""
     for k in range(it.contacts):
-        found += it.dead[k] if it.mode[k] != laws.OPEN else 0
-    if found == 0 or it.ready == 0:
-        return 0
-    phase = PhaseData(it.phase)
-    it.watched(it.t, it.y, it.phase, it.watch)
-    for i in range(phase.endings):
-        k, law = it.ending[i], phase.law[i]
-        if law == laws.LINE_CONE or law == laws.CONE:
-            limit = it.coefficients[4 * k + 1] * abs(force_of(phase, k)[0])
-            if it.watch[it.events + i] < part * (limit * limit if law == laws.CONE else limit):
-                return 1
+        was_open = it.mode[k] == laws.OPEN and it.held[k] == 0 and it.apart[k] >= -it.near
+        deep = it.gap[k] < -band and it.reach[k] >= -it.near
+        if was_open and deep and elsewhere(it.side, it.mode, it.contacts, k) == 0:
+            return 1
     return 0
+
+
+@compiled
+def loses_places(it: EventRun) -> int:
+    """Return 1 if a patch of solids has other features than its places, else 0."""
+    if it.followed == 0:
+        return 0
+    it.watched(it.t, it.y, it.phase, it.watch)
+    return 1 if it.watch[it.followed - 1] < 0.0 else 0
+
+
+@compiled
+def log_leap(it: EventRun, begun: float, length: float) -> None:
+    """Log a straight step."""
+    it.first_row = it.logged
+    log_state(it, begun, it.start, length)
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, FINISHED, 0, 0, 0, event_run.STRAIGHT)
+
+
+# -- the first moment ------------------------------------------------------------------------------------
 
 
 @compiled
@@ -153,9 +181,9 @@ def upset(it: EventRun, own: int, length: float) -> int:
 def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, whole: int) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
-    This moment is a straight step of at most ``longest`` that gives the slip a direction. Return -1 if the others
-    prevent the slip in the direction of its acceleration, and `UPSET` if other slow slips would turn within the step,
-    and ``whole`` is not 0.
+    This moment is a straight step of at most ``longest`` that gives the slip a direction. It ends before where a
+    contact closes. Return -1 if the others prevent the slip in the direction of its acceleration, and `UPSET` if other
+    slow slips would turn within the step, and ``whole`` is not 0.
     """
     least = pull(it)
     if least < 0.0:
@@ -178,28 +206,11 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
             return UPSET
     copy(it.y, it.start, it.n_y)
     for i in range(n):
-        change = it.free[i]
+        it.step[n_q + i] = it.free[i]
         for r in range(it.rows):
-            change += it.force[r] * it.X[r * n + i]
-        it.step[n_q + i] = length * change
-    machine, state = PhaseData(it.looking), it.trial
-    for i in range(n):
-        state[n_q + i] = it.y[n_q + i] + it.step[n_q + i] / 2.0
-        it.y[n_q + i] += it.step[n_q + i]
-    copy(it.start, state, n_q)
-    evaluated(it.t, state, machine)
-    for i in range(n_q):
-        it.y[i] += length * machine.q_dot[i]
-    leap(it, contacts, length)
-    return 1
-
-
-@compiled
-def leap(it: EventRun, contacts: Contacts, length: float) -> None:
-    """Log a straight step of this length from the state ``start`` to the present one, and end it there."""
+            it.step[n_q + i] += it.force[r] * it.X[r * n + i]
     begun = it.t
-    it.t = it.t + length
-    look(it)
+    length = go_straight(it, length)
     set_up(it, contacts)
     project(it)
     it.rates(it.t, it.y, it.phase, it.step)
@@ -207,15 +218,7 @@ def leap(it: EventRun, contacts: Contacts, length: float) -> None:
         it.y[i] += length * it.step[i]
     look(it)
     log_leap(it, begun, length)
-
-
-@compiled
-def log_leap(it: EventRun, begun: float, length: float) -> None:
-    """Log a straight step."""
-    it.first_row = it.logged
-    log_state(it, begun, it.start, length)
-    log_state(it, it.t, it.y, 0.0)
-    log_phase(it, FINISHED, 0, 0, 0, event_run.STRAIGHT)
+    return 1
 
 
 # -- the last moment -------------------------------------------------------------------------------------
@@ -325,12 +328,27 @@ def stops_beside(it: EventRun, k: int) -> int:
 
 
 @compiled
+def find_stopped(it: EventRun, k: int, length: float) -> None:
+    """Let the slips of other contacts end with that of contact k, after this time; ``speeds`` are the accelerations.
+
+    A body that turns as it stops comes to rest at all its contacts at once.
+    """
+    for j in range(it.contacts):
+        slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        r, speed, left = it.first[j] + 1, slip_speed(it, j), 0.0
+        for i in range(it.tangents[j]):
+            left += (it.rate[r + i] + length * it.speeds[r + i]) ** 2
+        ends = slides and speed <= FADES * laws.STOPPED and root(left) <= speed / ALIKE
+        it.stopped[j] = 1 if j == k or ends else 0
+
+
+@compiled
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
-    A slip along a line is at its end. Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops
-    if it sticks then. The state is that without slip, and ``kept`` the one before. Return `UPSET` if other slow slips
-    would turn within the step, and ``whole`` is not 0.
+    A slip along a line is at its end. The step ends before where a contact closes. Return 1 if the state has changed, 0
+    if not, and -1 if it hardly slows: it stops if it sticks then. The state is that without slip, and ``kept`` the one
+    before. Return `UPSET` if other slow slips would turn within the step, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
@@ -346,6 +364,7 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         stop(it, contacts, 0)
         return 1
     length = speed / slowing
+    find_stopped(it, k, length)
     if length > event_run.LONGEST:
         copy(it.y, it.kept, it.n_y)
         stop(it, contacts, 1)
@@ -354,17 +373,14 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         return UPSET
     copy(it.y, it.start, it.n_y)
     it.rates(it.t, it.y, it.phase, it.step)
-    for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once
-        it.measure[j] = slip_speed(it, j)
     begun = it.t
-    for i in range(it.n_y):
-        it.y[i] += length * it.step[i]
-    it.t = begun + length
-    look(it)
-    for j in range(it.contacts):
-        slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
-        if slides and it.measure[j] <= FADES * laws.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
-            it.stopped[j] = 1
-    stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
-    log_leap(it, begun, length)
+    passed = go_straight(it, length)
+    for i in range(it.n_q + it.n, it.n_y):
+        it.y[i] += passed * it.step[i]
+    if passed < length:  # what closes comes first
+        for j in range(it.contacts):
+            it.stopping[j] = 0
+    else:
+        stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
+    log_leap(it, begun, passed)
     return 1

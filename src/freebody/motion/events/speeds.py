@@ -22,7 +22,7 @@ from .impulses import gather
 from .jumps import forget_signs
 from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, size_of, slip_speed
 from .setting import normalise
-from .slips import log_leap
+from .slips import closes, log_leap, loses_places
 
 
 @compiled
@@ -46,7 +46,7 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     if not contacts.residual <= ACCEPTED:
         return 0
     copy(it.y, it.start, it.n_y)
-    copy(it.gap, it.measure, it.contacts)
+    copy(it.gap, it.apart, it.contacts)
     copy(it.rate, it.speeds, it.rows)
     copy(it.y, it.trial, it.n_y)
     for i in range(n):
@@ -66,11 +66,7 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     normalise(it)
     it.t = begun + length
     look(it)
-    closes = 0
-    for k in range(it.contacts):
-        if it.gap[k] < -it.near and it.measure[k] > it.near:
-            closes = 1
-    if closes != 0 or loses_places(it) != 0:
+    if closes(it, it.near) != 0 or loses_places(it) != 0:
         it.t = begun
         copy(it.start, it.y, it.n_y)
         look(it)
@@ -101,17 +97,6 @@ def driven_work(it: EventRun, contacts: Contacts, length: float) -> float:
             machine.force[it.first[k]] -= it.adhesion[k]
     machine.power(it.t, machine.state, machine.power_c, it.x)
     return length * it.x[0]
-
-
-@compiled
-def loses_places(it: EventRun) -> int:
-    """Return 1 if a patch of solids has other features than its places, or one is not known yet, else 0."""
-    if it.followed == 0:
-        return 0
-    if it.ready == 0:
-        return 1
-    it.watched(it.t, it.y, it.phase, it.watch)
-    return 1 if it.watch[it.followed - 1] < 0.0 else 0
 
 
 @compiled

@@ -97,6 +97,7 @@ def find_events(run: Run) -> int:
                             if y >= 0.0:
                                 count = record_event(run, count, y, e, sign)
             last[e] = sign
+    count = zeros_before_stop(run, points, count)
     for e in range(n):  # the values at the end are those at the start of the next window
         table[0, e] = table[points, e]
     search.seen = 1.0 if reach <= 1.0 else search.seen + search.span
@@ -105,6 +106,47 @@ def find_events(run: Run) -> int:
     search.span = lesser(search.span, 1.0 - search.seen)
     search.reach, search.culprit = reach, culprit
     return count
+
+
+@part
+def zeros_before_stop(run: Run, points: int, count: int) -> int:
+    """Add zeros before the first terminal event, at which the run stops; return the number of events.
+
+    A function that jumps there and back and there again between two points shows one zero, which may be the last. Its
+    sign where the run stops tells that there is one before.
+    """
+    search, n, table, e = run.search, run.search.count, run.search.table, 0
+    stop, fresh, most = first_stop(run, count), 0, count + n
+    while e < n and stop < 1.0 and count < most:
+        if fresh == 0:
+            dense_state(run, stop)
+            evaluate(run, stop)
+        k, known, before = points, 0, count
+        while k > 0 and table[k, n] >= stop:
+            k -= 1
+        a, b, start = table[k, e], search.g[e], table[k, n]
+        for i in range(count):
+            if search.zero_number[i] == e and start < search.zero_x[i] <= stop:
+                known = 1
+        fresh = 1
+        if known == 0 and (a < 0.0 < b or b < 0.0 < a):
+            x, fresh = _root(run, e, start, stop, a, b), 0
+            if x >= 0.0:
+                count = record_event(run, count, x, e, 1 if b > 0.0 else -1)
+        e += 1
+        if count > before:
+            stop, e = first_stop(run, count), 0
+    return count
+
+
+@part
+def first_stop(run: Run, count: int) -> float:
+    """Return the fraction of the step at the first terminal event after its start; 2 if there is none."""
+    search = run.search
+    for k in range(count):
+        if search.terminal[search.zero_number[k]] != 0 and search.zero_x[k] > 0.0:
+            return search.zero_x[k]
+    return 2.0
 
 
 @part
@@ -367,8 +409,9 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     """Move an event at the fraction ``x`` of the step from the zero on the dense output to the zero on `state_in_step`.
 
     Newton's method uses the slope of the dense output. If the slope is useless, in a grazing pass, ``x`` stays. The
-    sign has changed at the result, so that a run that starts again there does not find the event once more. Return -1
-    if the states have no zero near ``x``.
+    sign has changed at the result, so that a run that starts again there does not find the event once more: where the
+    states change it later, as by round-off, or at a jump, the result is later. Return -1 if they have no zero near
+    ``x``.
     """
     d = lesser(1e-4, lesser(x, 1.0 - x))
     if d <= 0.0:
@@ -380,7 +423,7 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
         return x
     width = 2.0 * EPS * greater(1.0, abs(run.t / run.h))
     best = x
-    for k in range(16):
+    for k in range(64):  # the last steps double, up to the end
         state_in_step(run, best)
         evaluate(run, best)
         value = run.search.g[e]
@@ -391,6 +434,8 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
             if abs(best + shift - x) > 0.02:
                 return -1.0
             best = lesser(1.0, greater(0.0, best + shift + width / 4.0))  # just beyond the zero
+        elif best == 1.0:
+            return -1.0 if best - x > 0.02 else x
         else:
             best = lesser(1.0, best + width)
             width *= 2.0

@@ -211,6 +211,24 @@ def test_a_function_with_too_many_zeros_is_refused(expression):
     assert data.status.values.tolist() == ["event not resolved"] * 2
 
 
+@pytest.mark.parametrize("x", [-0.5, -0.2, 0.0, 0.2])
+def test_a_jump_to_and_fro_before_another_event_stops_the_run(x):
+    """The function jumps at x, x - 0.01 and x - 0.06, of which two points of the step show one; the run would stop at
+    x - 0.005.
+    """
+    jumps = f"sign(x - {x})*sign(x - {x} + 0.01)*sign(x - {x} + 0.06)"
+    found = motion([fb.event(jumps, terminal=True), fb.event(f"x - {x} + 0.005", terminal=True)])
+    assert [event.name for event in found.events] == [jumps]
+    assert float(found.t[-1]) == pytest.approx(math.acos(x) / 2, abs=1e-4)
+
+
+def test_a_function_has_changed_its_sign_at_its_event():
+    """The states of the run tell, not the dense output of a long step: where they differ, a run would stop again."""
+    for x in np.linspace(-0.9, 0.9, 19):
+        found = motion([fb.event(f"sign(x - {x})", terminal=True)], tolerance=1e-3)
+        assert float(found["x"][-1]) <= x
+
+
 def test_round_off_is_no_reason_to_search_on():
     """A function that is zero but for round-off has events, but is not searched without end."""
     found = motion(["2*x'^2 + 8*x^2 - 8"], until=1)
