@@ -25,9 +25,9 @@ from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
-from .shares import beyond_cones, forces_decide, forces_decided, hold
+from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
-from .speeds import decided_by_speeds, end_of_phase, keep_start, open_cones, slow_slips
+from .speeds import beyond_cones, decided_by_speeds, end_of_phase, hold, keep_start, open_cones, slow_slips
 
 
 @compiled

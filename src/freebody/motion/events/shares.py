@@ -1,4 +1,4 @@
-"""Whether indeterminate forces decide the motion, and whether they hold contacts at rest, in compiled code.
+"""Whether indeterminate forces decide the motion, in compiled code.
 
 Forces along rays, λ = B x, whose combinations x of S x = 0 leave all rates of the closed contacts unchanged are
 indeterminate, S = W_rows M⁻¹ Wᵀ B. Without friction, or if all slip in one direction with one coefficient, they move
@@ -10,14 +10,10 @@ from __future__ import annotations
 from ...native.instructions import Reals, compiled, greater
 from ..cones.contacts import Contacts
 from ..phase import laws
-from ..phase.contact_outputs import force_of
-from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
 from .moment import copy, is_smooth, largest, look, slip_speed
-from .setting import leaves_rest
-from .slips import nudged, scale_of, slip_acceleration
 
 SAME = 1e-8
 """Relative size of a motion that is none."""
@@ -161,52 +157,4 @@ def forces_decided(it: EventRun, contacts: Contacts) -> int:
     it.t = end
     copy(it.kept, it.y, it.n_y)
     look(it)
-    return 0
-
-
-# -- rest ------------------------------------------------------------------------------------------------
-
-
-@compiled
-def hold(it: EventRun, contacts: Contacts) -> int:
-    """Let contacts whose slip would begin, but that the others hold at rest, be at their limits; return 1, or 0.
-
-    Their friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
-    all that can hold it have reached their limits. So it is, without such modes, where shares of contacts at rest lie
-    outside their cones.
-    """
-    weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
-    for k in range(it.contacts):
-        if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-            if nudged(it, contacts, k) == 0:
-                it.mode[k], held = laws.LIMIT, 1
-            else:
-                starts += 1
-    if starts > 0 and nudged(it, contacts, -1) == 0:
-        for k in range(it.contacts):
-            if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-                it.mode[k], held = laws.LIMIT, 1
-    return 1 if held != 0 or beyond_cones(it, -event_run.SMALL) != 0 else 0
-
-
-@compiled
-def beyond_cones(it: EventRun, part: float) -> int:
-    """Return 1 if open forces of a contact at rest are within less than ``part`` of its cone as a phase begins, else 0.
-
-    Where they are outside, the function that ends the rest would never fall through zero. Shares are open, and so is
-    what is left by friction at the limit of a contact that others hold in place.
-    """
-    found = it.spare_count
-    for k in range(it.contacts):
-        found += it.dead[k] if it.mode[k] != laws.OPEN else 0
-    if found == 0 or it.ready == 0:
-        return 0
-    phase = PhaseData(it.phase)
-    it.watched(it.t, it.y, it.phase, it.watch)
-    for i in range(phase.endings):
-        k, law = it.ending[i], phase.law[i]
-        if law == laws.LINE_CONE or law == laws.CONE:
-            limit = it.coefficients[4 * k + 1] * abs(force_of(phase, k)[0])
-            if it.watch[it.events + i] < part * (limit * limit if law == laws.CONE else limit):
-                return 1
     return 0
