@@ -25,7 +25,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulses import gather
 from .moment import choose, copy, largest, look, pull, size_of
-from .setting import depends, listed, set_up
+from .setting import begins_slip, depends, listed, set_up
 
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
@@ -171,9 +171,11 @@ def share(it: EventRun, contacts: Contacts) -> int:
         return 0
     it.forces(it.t, it.y, it.phase, it.speeds)
     for i in range(contacts.contacts):
+        if begins_slip(it, it.chosen[i]) != 0:
+            return 0  # no direction yet: that of its speed is round-off
         for j in range(1 + contacts.tangents[i]):
             if not math.isfinite(it.speeds[it.first[it.chosen[i]] + j]):
-                return 0  # no direction yet
+                return 0
     for i in range(contacts.contacts):
         for j in range(1 + contacts.tangents[i]):
             contacts.forces[contacts.at[i] + j] = it.speeds[it.first[it.chosen[i]] + j]
