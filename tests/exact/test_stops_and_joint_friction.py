@@ -202,7 +202,10 @@ def test_a_stop_that_bears_nothing_any_more_leaves_the_friction_to_hold():
     s.stop("end", guide, high=0)
     s.friction("dry", guide, force=3, static=3.5)
     motion = fb.simulate(s, 6)
-    assert np.abs(motion.states).max() == 0
+    assert np.abs(motion.states[:, :2]).max() == 0
+    assert (
+        np.abs(motion.states[:, 2:]).max() < 6 * np.finfo(float).eps
+    )  # work and heat, of speeds in round-off
     assert set(motion.contacts["dry"].mode) == {"stick"}
 
 

@@ -277,7 +277,9 @@ def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
         expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * h)
         found = np.array([motion.sensitivity[x, name][-1] for x in motion.names])
         n = len(found)
-        assert np.abs(found - expected[:n]).max() <= 1e-6 * np.abs(expected[:n]).max()
+        # each step has its round-off, and differences that of all steps
+        noise = motion.path.steps * np.finfo(float).eps * np.abs(ends).max() / h
+        assert np.abs(found - expected[:n]).max() <= 1e-6 * np.abs(expected[:n]).max() + noise
 
 
 @pytest.mark.slow

@@ -219,6 +219,8 @@ class History:
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             held, was_held = after >= event_run.HELD_OPEN, before >= event_run.HELD_OPEN
             before, after = before - was_held * event_run.HELD_OPEN, after - held * event_run.HELD_OPEN
+            if after == laws.OPEN and code == event_run.CONE_REACHED:  # |T| = μ N = 0
+                code = event_run.NORMAL_ZERO
             name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
             across = work.model.contacts[k].friction_across is not None
             if code != event_run.NO_REASON:

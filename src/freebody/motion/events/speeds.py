@@ -230,14 +230,22 @@ def hold(it: EventRun, contacts: Contacts) -> int:
     for k in range(it.contacts):
         if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
             if nudged(it, contacts, k) == 0:
-                it.mode[k], held = laws.LIMIT, 1
+                held = limited_by(it, k)
             else:
                 starts += 1
     if starts > 0 and nudged(it, contacts, -1) == 0:
         for k in range(it.contacts):
             if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-                it.mode[k], held = laws.LIMIT, 1
+                held = limited_by(it, k)
     return 1 if held != 0 or beyond_cones(it, -event_run.SMALL) != 0 else 0
+
+
+@compiled
+def limited_by(it: EventRun, k: int) -> int:
+    """Let a contact be at its limit, where a line alone does not give its direction; return 1."""
+    if it.tangents[k] == 2:
+        it.mode[k] = laws.LIMIT
+    return 1
 
 
 @compiled

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from threading import get_ident
 from typing import Any
 
@@ -117,6 +117,7 @@ class _Run:
     ``rests``    laws whose e stays zero
     ``free``     laws that bend while e is round-off, with the time until which they are left as they are
     ``last``     the last switches: law, steps of the leg before, its end, and the change of e in it
+    ``signs``    the sign of the last crossing of each event; 0 before the first
     """
 
     def __init__(self, way: SidedWay, y: Array, start: float, until: float) -> None:
@@ -134,6 +135,7 @@ class _Run:
         self.waking_side = 0.0
         self.sides = way.sides.start(start, y, way.parameters)
         self.idle: set[int] = set()
+        self.signs = [0] * way.events
         for law in np.flatnonzero(self.sides == 0):
             self.start_from_zero(int(law))
 
@@ -203,7 +205,7 @@ class _Run:
         if passed >= 0:
             path = cut(path, row, End.RUNNING)
         if self.way.events and way.jumping:
-            path.crossings = (*path.crossings, *self.jumps(way, path))
+            path.crossings = self.alternating((*path.crossings, *self.jumps(way, path)))
         duration = abs(path.end - self.t)
         self.t, self.y = path.end, path.states[-1].copy()
         if self.left is not None:
@@ -280,6 +282,16 @@ class _Run:
             Crossing(path.end, int(k), int(after[k]), path.states[-1].copy())
             for k in np.flatnonzero(before * after < 0)
         ]
+
+    def alternating(self, crossings: Iterable[Crossing]) -> tuple[Crossing, ...]:
+        """Return crossings without those that the leg before has logged: an event rises and falls in turn."""
+        kept = []
+        for x in crossings:
+            if x.number >= self.way.events or x.sign != self.signs[x.number]:
+                kept.append(x)
+            if x.number < self.way.events:
+                self.signs[x.number] = x.sign
+        return tuple(kept)
 
     def passed(self, path: Path) -> tuple[int, int]:
         """Return a law whose e has passed zero unseen, between two moments that a time does not tell apart, and the
