@@ -193,7 +193,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         it.bounces, it.stage = 0, event_run.ARRIVE
         return RUNNING
     longest, end = event_run.LONGEST, it.target
-    if it.holding != 0 and beyond_cones(it, event_run.CLOSE) != 0:
+    if it.holding != 0 and beyond_cones(it, event_run.CLOSE, 0) != 0:
         open_cones(it)
     else:  # the shares of these modes are well within their cones, which can be watched
         it.holding = 0

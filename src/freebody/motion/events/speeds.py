@@ -224,7 +224,7 @@ def hold(it: EventRun, contacts: Contacts) -> int:
 
     Their friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
     all that can hold it have reached their limits. So it is, without such modes, where shares of contacts at rest lie
-    outside their cones.
+    outside their cones along a line. In space they pass the cone again and again where contacts crowd, without need.
     """
     weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
     for k in range(it.contacts):
@@ -237,7 +237,7 @@ def hold(it: EventRun, contacts: Contacts) -> int:
         for k in range(it.contacts):
             if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
                 held = limited_by(it, k)
-    return 1 if held != 0 or beyond_cones(it, -event_run.SMALL) != 0 else 0
+    return 1 if held != 0 or beyond_cones(it, -event_run.SMALL, 1) != 0 else 0
 
 
 @compiled
@@ -249,11 +249,12 @@ def limited_by(it: EventRun, k: int) -> int:
 
 
 @compiled
-def beyond_cones(it: EventRun, part: float) -> int:
+def beyond_cones(it: EventRun, part: float, alone: int) -> int:
     """Return 1 if open forces of a contact at rest are within less than ``part`` of its cone as a phase begins, else 0.
 
     Where they are outside, the function that ends the rest would never fall through zero. Shares are open, and so is
-    what is left by friction at the limit of a contact that others hold in place.
+    what is left by friction at the limit of a contact that others hold in place. With ``alone`` 1 only cones along a
+    line are looked at.
     """
     found = it.spare_count
     for k in range(it.contacts):
@@ -264,7 +265,7 @@ def beyond_cones(it: EventRun, part: float) -> int:
     it.watched(it.t, it.y, it.phase, it.watch)
     for i in range(phase.endings):
         k, law = it.ending[i], phase.law[i]
-        if law == laws.LINE_CONE or law == laws.CONE:
+        if law == laws.LINE_CONE or (law == laws.CONE and alone == 0):
             limit = it.coefficients[4 * k + 1] * abs(force_of(phase, k)[0])
             if it.watch[it.events + i] < part * (limit * limit if law == laws.CONE else limit):
                 return 1
