@@ -3,6 +3,7 @@
 import numpy as np
 
 import freebody as fb
+from contact_scenes import moving_belt
 
 GROUNDS = ("flat", "slope", "road", "belt", "bowl")
 BOWL = 3.0
@@ -17,9 +18,7 @@ def ground(s, rng, kind):
         high, wave = rng.uniform(0.02, 0.08), rng.uniform(1, 2.5)
         return s.ground.heightline(f"{high:.3f}*cos({wave:.3f}*x)"), lambda x: 0.1
     if kind == "belt":
-        belt = s.body("belt", fb.particle(1))
-        s.slider("drive", s.ground, belt, axis="x", coordinate=round(rng.uniform(-2, 2), 2) * s.t)
-        return belt.plane(normal="y"), lambda x: 0.0
+        return moving_belt(s, "y", round(rng.uniform(-2, 2), 2)), lambda x: 0.0
     if kind == "bowl":
         return s.ground.circle(BOWL, at=(0, BOWL, 0), inside=True), lambda x: BOWL - np.sqrt(BOWL**2 - x**2)
     return s.ground.plane(normal="y"), lambda x: 0.0
