@@ -26,12 +26,12 @@ from ..scalar.algebra import (
     cross,
     divide,
     dot,
+    is_always_zero,
     negate,
     scale,
     subtract,
 )
 from .kinematics import Spot, link_postures, place_of, point_velocity, rotation
-from .linear import is_always_zero
 from .state import State
 
 

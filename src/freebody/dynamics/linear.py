@@ -179,14 +179,6 @@ def is_zero(x: Scalar) -> bool:
     return isinstance(x, int | Fraction) and x == 0
 
 
-def is_always_zero(x: Scalar) -> bool:
-    """Return True for a result of a trace that is zero whatever its inputs, also if numbers of the model are floats.
-
-    In an algorithm on floats, 0.0 is a value: see `is_zero`.
-    """
-    return isinstance(x, int | float | Fraction) and x == 0
-
-
 def solve_symmetric(A: Sequence[Sequence[Scalar]], b: Sequence[Scalar]) -> list[Scalar]:
     """Return x with A x = b."""
     return Factorization(A).solve(b)

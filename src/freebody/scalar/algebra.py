@@ -163,6 +163,14 @@ def divide(a: Scalar, b: Scalar) -> Scalar:
     return a / b
 
 
+def is_always_zero(x: Scalar) -> bool:
+    """Return True for a result of a trace that is zero whatever its inputs, also if numbers of the model are floats.
+
+    In an algorithm on floats, 0.0 is a value.
+    """
+    return isinstance(x, int | float | Fraction) and x == 0
+
+
 def exact_constant(value: Expression) -> int | Fraction | None:
     """Exact value of an int, Fraction, float, NumPy number or SymPy number; None for anything else.
 

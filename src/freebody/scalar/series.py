@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..errors import FreebodyError
-from .algebra import Field, FieldVector, Scalar, divide
+from .algebra import Field, FieldVector, Scalar, divide, is_always_zero
 
 
 class SeriesField(Field):
@@ -198,7 +198,7 @@ def _sin_cos(field: SeriesField, x: Series) -> tuple[Series, Series]:
 
 def _sqrt(field: SeriesField, x: Series) -> Scalar:
     """2 r_0 r_k = x_k - Σ r_i r_(k-i), 0 < i < k; 0 for a series of zeros."""
-    if all(isinstance(c, int | float | Fraction) and c == 0 for c in x.c):
+    if all(is_always_zero(c) for c in x.c):
         return 0
     r = [field.base.apply("sqrt", x.c[0])]
     for k in range(1, field.order + 1):

@@ -96,10 +96,7 @@ def size_of(x: Reals, n: int) -> float:
 @compiled
 def slip_speed(it: EventRun, k: int) -> float:
     """Return the slip speed of a contact [m/s]."""
-    square = 0.0
-    for j in range(it.tangents[k]):
-        square += it.rate[it.first[k] + 1 + j] * it.rate[it.first[k] + 1 + j]
-    return root(square)
+    return size_of(it.rate[it.first[k] + 1 :], it.tangents[k])
 
 
 @inlined

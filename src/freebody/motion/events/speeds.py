@@ -11,7 +11,7 @@ Source: J. J. Moreau, Unilateral contact and dry friction in finite freedom dyna
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, run_by
+from ...native.instructions import Truth, compiled, greater, inlined, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
 from ..phase import laws
 from ..phase.contact_outputs import evaluated, extended, force_of
@@ -201,8 +201,14 @@ def open_cones(it: EventRun) -> None:
     """Leave it to the next step of the speeds whether forces that are open can hold contacts at rest."""
     phase = PhaseData(it.phase)
     for i in range(phase.endings):
-        if phase.law[i] == laws.CONE or phase.law[i] == laws.LINE_CONE:
+        if is_cone(phase.law[i], 0):
             phase.law[i] = laws.NEVER
+
+
+@inlined
+def is_cone(law: int, alone: int) -> Truth:
+    """Return True for the cone of a contact at rest; with ``alone`` 1 only for one along a line."""
+    return law == laws.LINE_CONE or (law == laws.CONE and alone == 0)
 
 
 @compiled
@@ -230,18 +236,18 @@ def hold(it: EventRun, contacts: Contacts) -> int:
     for k in range(it.contacts):
         if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
             if nudged(it, contacts, k) == 0:
-                held = limited_by(it, k)
+                held = hold_at_limit(it, k)
             else:
                 starts += 1
     if starts > 0 and nudged(it, contacts, -1) == 0:
         for k in range(it.contacts):
             if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
-                held = limited_by(it, k)
+                held = hold_at_limit(it, k)
     return 1 if held != 0 or beyond_cones(it, -event_run.SMALL, 1) != 0 else 0
 
 
 @compiled
-def limited_by(it: EventRun, k: int) -> int:
+def hold_at_limit(it: EventRun, k: int) -> int:
     """Let a contact be at its limit, where a line alone does not give its direction; return 1."""
     if it.tangents[k] == 2:
         it.mode[k] = laws.LIMIT
@@ -256,16 +262,17 @@ def beyond_cones(it: EventRun, part: float, alone: int) -> int:
     what is left by friction at the limit of a contact that others hold in place. With ``alone`` 1 only cones along a
     line are looked at.
     """
-    found = it.spare_count
+    found, watched, phase = it.spare_count, 0, PhaseData(it.phase)
     for k in range(it.contacts):
         found += it.dead[k] if it.mode[k] != laws.OPEN else 0
-    if found == 0 or it.ready == 0:
+    for i in range(phase.endings):
+        watched += 1 if is_cone(phase.law[i], alone) else 0
+    if found == 0 or watched == 0 or it.ready == 0:
         return 0
-    phase = PhaseData(it.phase)
     it.watched(it.t, it.y, it.phase, it.watch)
     for i in range(phase.endings):
         k, law = it.ending[i], phase.law[i]
-        if law == laws.LINE_CONE or (law == laws.CONE and alone == 0):
+        if is_cone(law, alone):
             limit = it.coefficients[4 * k + 1] * abs(force_of(phase, k)[0])
             if it.watch[it.events + i] < part * (limit * limit if law == laws.CONE else limit):
                 return 1

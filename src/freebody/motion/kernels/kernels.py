@@ -44,7 +44,7 @@ from ...dynamics.conditions.constrained import (
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.mobility import check_bodies
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
-from ...dynamics.linear import Selection, entries, is_always_zero
+from ...dynamics.linear import Selection, entries
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
@@ -52,7 +52,7 @@ from ...model.family import unrolled
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
-from ...scalar.algebra import Expression, Scalar
+from ...scalar.algebra import Expression, Scalar, is_always_zero
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates
 from .program import Conditions, Program

@@ -36,12 +36,12 @@ from ...dynamics.conditions.contact import (
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
-from ...dynamics.linear import Factorization, entries, is_always_zero
+from ...dynamics.linear import Factorization, entries
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
 from ...model.contact import Contact
-from ...scalar.algebra import divide
+from ...scalar.algebra import divide, is_always_zero
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
