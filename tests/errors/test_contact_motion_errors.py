@@ -7,6 +7,7 @@ import freebody as fb
 from freebody.errors import SimulationError
 from freebody.motion.contact import run
 from freebody.motion.contact.state import ContactRun
+from freebody.motion.events import event_run
 from freebody.motion.events.code import code
 from freebody.motion.ode import layout
 from freebody.motion.phase.scene import NUMBERS
@@ -16,7 +17,7 @@ from freebody.motion.timestepping import failure, timestepping
 G = 9.81
 
 
-def looked_at_end(start, end, mode, wall=False):
+def looked_at_end(start, end, mode, wall=False, spare=0):
     """Raise what the check at the end of a phase says, of a rod between two states."""
     s = fb.System("rod")
     s.gravity = (0, -G, 0)
@@ -29,9 +30,11 @@ def looked_at_end(start, end, mode, wall=False):
     it = work.it
     it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
     it.states[:6], it.y[:6] = start, end
-    it.mode[:] = NUMBERS[mode]
+    it.mode[:], it.spare_count = NUMBERS[mode], spare
     if why := code("depth")(it, layout.FINISHED):
         raise run.refusal(work, why)
+    if code("parted")(it):
+        raise run.refusal(work, event_run.PARTED)
 
 
 def test_a_contact_that_was_passed_over():
@@ -49,6 +52,15 @@ def test_a_sense_of_slip_that_was_passed_over(mode, v):
     with pytest.raises(SimulationError, match="'tip' of 'rod' changed its sense of slip between 0 and 0.5 s within one step of .* s, and was passed over. Give a max_step shorter"):  # fmt: skip  # noqa: E501
         looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, v, 0, 0), mode)
     looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, -v, 0, 0), mode)
+
+
+@pytest.mark.parametrize("y", [(0, 1.001, 0, 0, 0, 0), (0, 1, 0, 1e-3, 0, 0)])
+def test_a_contact_that_no_longer_follows_from_the_others(y):
+    start = (0, 1, 0, 0, 0, 0)
+    with pytest.raises(SimulationError, match=r"Contact 'tip' of 'rod' followed from the others at t = 0 s, as at a dead centre, and no longer at 0.5 s, where its gap is .* m. No set of modes leads from there. Change the start"):  # fmt: skip  # noqa: E501
+        looked_at_end(start, y, "stick", spare=1)
+    looked_at_end(start, y, "stick")
+    looked_at_end(start, start, "stick", spare=1)
 
 
 def standing(mu=0.5, adhesion=0, **push):

@@ -132,3 +132,39 @@ def test_a_slip_at_its_dead_centre_stops_nothing():
     assert motion.energy.impulses[-1] == pytest.approx(
         motion.energy.impulses[motion.t < turned.time][-1], abs=1e-9
     )
+
+
+def flat_leg():
+    """A trunk and a bent leg whose hip, foot and far corner are in line on the floor; a couple lifts the hip."""
+    s = fb.System("leg that lies flat")
+    s.gravity = (0, -G, 0)
+    floor = s.ground.plane(normal="y")
+    trunk = s.body("trunk", fb.box(3, (0.4, 0.2, 0.2)))
+    thigh, shank = (s.body(name, fb.slender_bar(0.5, 0.4, axis="y")) for name in ("thigh", "shank"))
+    s.planar("plane", s.ground, trunk, coordinate="x y a")
+    s.hinge("hip", trunk, thigh, at=(0, -0.1, 0), to=(0, 0.2, 0), axis="z", coordinate="h")
+    knee = s.hinge("knee", thigh, shank, at=(0, -0.2, 0), to=(0, 0.2, 0), axis="z", coordinate="k")
+    s.stop("straight", knee, low=-1.2)
+    s.contact("foot", shank.point(0, -0.2, 0), floor, friction=1)
+    s.contact("back", trunk.point(-0.2, -0.1, 0), floor, friction=1)
+    s.contact("front", trunk.point(0.2, -0.1, 0), floor, friction=1)
+    s.torque("T", thigh, (0, 0, "20*t"), reaction_on=trunk)
+    return s, {"y": 0.1, "h": 0.6 - np.pi / 2, "k": -1.2}
+
+
+def test_a_leg_that_lies_flat_gives_way_where_friction_is_least():
+    """At the dead centre foot, knee and corner hold the hip in no way; beside it with forces beyond all limits."""
+    s, start = flat_leg()
+    motion = fb.simulate(s, 0.6, initial=start)
+    (lifted,) = [e for e in motion.events if "back: stick → open" in e.text]
+    # N of the back is zero: m g = N_foot + N_front; of the trunk T = w N_front; of the leg, whose bars have their mass
+    # centres at a quarter and three quarters of its length, N_foot l = T + (1/4 + 3/4) m g l
+    couple = G * (4 - 0.5 / 4 - 0.5 * 3 / 4) / (1 / 0.2 + 1 / (0.8 * np.cos(0.6)))
+    assert lifted.time == pytest.approx(couple / 20, rel=1e-9)
+    (slips,) = [e for e in motion.events if "foot: stick → slip" in e.text]
+    assert slips.time == pytest.approx(lifted.time, abs=1e-12)
+    assert np.abs(motion.energy.residual).max() < 1e-8
+    names = "xyahk"
+    stepped = [fb.simulate(s, 0.6, initial=start, method="timestepping", step=h) for h in (1e-3, 5e-4)]
+    off = [max(abs(m[n][-1] - motion[n][-1]) for n in names) for m in stepped]
+    assert off[1] < 0.6 * off[0] < 2e-3

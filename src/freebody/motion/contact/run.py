@@ -305,6 +305,12 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
             f"that contact lasts, or take method='timestepping' with step=.{flat(work, [it.blame])}"
         )
+    if why == event_run.PARTED:
+        return SimulationError(
+            f"Contact '{work.names[it.blame]}' of '{model}' followed from the others at t = {it.held_from:.9g} s, as "
+            f"at a dead centre, and no longer at {t:.9g} s, where its gap is {it.gap[it.blame]:.3g} m. No set of modes "
+            "leads from there. Change the start a little, or take method='timestepping' with step=."
+        )
     if why in (event_run.NO_MOTION, event_run.SEVERAL):
         return paradox(work, why)
     return open_shares(work, why)

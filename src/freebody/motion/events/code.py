@@ -27,6 +27,7 @@ _CALLED = (
     "motions",
     "take_first",
     "depth",
+    "parted",
 )
 
 

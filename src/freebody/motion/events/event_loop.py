@@ -23,11 +23,19 @@ from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_
 from .jumps import arrived, jumped, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
-from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
+from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
-from .speeds import beyond_cones, decided_by_speeds, end_of_phase, hold, keep_start, open_cones, slow_slips
+from .speeds import (
+    decided_by_speeds,
+    end_of_phase,
+    hold,
+    keep_start,
+    pass_dead_centre,
+    slow_slips,
+    watch_cones,
+)
 
 
 @compiled
@@ -193,10 +201,8 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         it.bounces, it.stage = 0, event_run.ARRIVE
         return RUNNING
     longest, end = event_run.LONGEST, it.target
-    if it.holding != 0 and beyond_cones(it, event_run.CLOSE, 0) != 0:
-        open_cones(it)
-    else:  # the shares of these modes are well within their cones, which can be watched
-        it.holding = 0
+    if it.holding == event_run.AT_REST:
+        watch_cones(it)
     if it.resting != 0:
         it.bounces, end = 0, end_of_phase(it)
         clear_reasons(it, event_run.NO_REASON)
@@ -260,7 +266,7 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         log_state(it, it.t, it.y, 0.0)
         log_phase(it, TERMINAL, 0, 0, 0, event_run.STEPS)
         return TERMINAL
-    if it.holding != 0:
+    if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
     begin_steps(it, run, end)
     return RUNNING
@@ -330,6 +336,9 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     wrong = depth(it, status)
     if wrong != 0:
         return wrong
+    if parted(it) != 0:
+        why = pass_dead_centre(it, contacts)
+        return why if why != 0 else RUNNING
     if status == STIFF:  # the phase goes on by the other method
         it.stage = event_run.LAUNCH
         return event_run.OTHER_METHOD
@@ -341,7 +350,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
         end_rest(it)
         code = RUNNING
     elif status == FINISHED and it.holding != 0 and it.until < it.target:
-        it.checking, it.stage, code = 1, event_run.ARRIVE, RUNNING
+        it.checking = 1 if it.holding == event_run.AT_REST else 0
+        it.stage, code = event_run.ARRIVE, RUNNING
     elif status == TERMINAL:
         code = reasons(it, run)
     if it.refuse != 0 and it.spare_count > 0 and forces_decided(it, contacts) != 0:

@@ -40,6 +40,8 @@ SHORTEST = LONGEST / 10
 """Length of the first step of the speeds alone [s]."""
 HELD = 1000 * LONGEST
 """Greatest length of a phase in which contacts are at rest by forces that are open at their limits [s]."""
+AT_REST, BESIDE = 1, 2
+"""Why a phase is held: contacts are at rest by open forces, or a dead centre is passed."""
 CLOSE = 1e-3
 """Part of a cone that open forces need to be within it for it to be watched; else they would soon be at it again."""
 SLOW = 10 * STOPPED
@@ -86,7 +88,8 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     STALLED,  # the steps do not move on
     OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
     NO_STATE,  # the state at an event is not finite
-) = range(100, 122)
+    PARTED,  # a closed contact left a condition that depended on those of the others as its phase began
+) = range(100, 123)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 
@@ -148,7 +151,8 @@ class EventRun(Record):
     ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``leap``, ``leapt``           length and end of the last step of the speeds alone
-    ``holding``, ``checking``     1 while a phase has the modes of such a step, until ``until``; 1 at its end
+    ``holding``, ``checking``     `AT_REST` while a phase has the modes of such a step, until ``until``; 1 at its end.
+                                  `BESIDE` while it has modes beside a dead centre
     ``hold``                      length of the last such phase
     ``held_*``                    state and log at its start
     ``impulses``                  work of impacts and blows

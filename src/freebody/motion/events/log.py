@@ -121,7 +121,7 @@ def log_crossing(it: EventRun, t: float, number: int, sign: int, y: Reals) -> No
 @inlined
 def noted_mode(it: EventRun, k: int) -> int:
     """Return the shown mode of a contact; `HELD_OPEN` is added if only the next step of the speeds asks for its end."""
-    unwatched = it.holding != 0 and it.mode[k] == STICK
+    unwatched = it.holding == event_run.AT_REST and it.mode[k] == STICK
     return it.shown[k] + event_run.HELD_OPEN if unwatched else it.shown[k]
 
 

@@ -95,6 +95,27 @@ def depth(it: EventRun, status: int) -> int:
 
 
 @compiled
+def parted(it: EventRun) -> int:
+    """Return 1 if a closed contact has left its conditions, which followed from the others as the phase began; else 0.
+
+    At a dead centre rows depend on each other at one position only. At rest there, no acceleration shows it (`parts`):
+    the gap of such a contact changes with the fourth power of time.
+    """
+    if it.spare_count == 0:
+        return 0
+    slow = 1e3 * it.still
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0:
+            apart = abs(it.gap[k]) > it.near
+            for j in range(it.tangents[k]):
+                apart = apart or (it.mode[k] == laws.STICK and abs(it.rate[it.first[k] + 1 + j]) > slow)
+            if apart:
+                it.blame = k
+                return 1
+    return 0
+
+
+@compiled
 def reasons(it: EventRun, run: Run) -> int:
     """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING.
 

@@ -8,7 +8,7 @@ from ..cones.newton import factor
 from ..phase import laws
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
-from .event_run import LOW, SMALL, SUMMED, EventRun
+from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
 from .impulse_system import add_row, impelled
 from .moment import largest, product_of, row_of, slip_speed
 
@@ -27,7 +27,9 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         phase.band[k] = band_of(it, k)
         for j in range(2):
             phase.direction[k, j] = it.way[k, j]
-        if mode == laws.LIMIT or (it.dead[k] != 0 and (mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK)):
+        # beside a dead centre a slip begins whose rate is still zero
+        along = mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK
+        if mode == laws.LIMIT or (along and it.dead[k] != 0 and it.holding != BESIDE):
             mode = laws.STICK
         elif mode == laws.SMOOTH:
             mode = laws.SLIDE

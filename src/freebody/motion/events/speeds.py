@@ -17,12 +17,28 @@ from ..phase import laws
 from ..phase.contact_outputs import evaluated, extended, force_of
 from ..phase.phase_record import PhaseData
 from . import event_run
+from .decision import decide
 from .event_run import EventRun
 from .impulses import gather
 from .jumps import forget_signs
-from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, size_of, slip_speed
+from .moment import (
+    approaches,
+    choose,
+    choose_all,
+    copy,
+    copy_wholes,
+    is_smooth,
+    largest,
+    look,
+    size_of,
+    slip_speed,
+)
 from .setting import leaves_rest, normalise
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
+
+NEAR = 1e-6
+"""Greatest distance of contacts that have parted, relative to 1 m or the greatest coordinate, at a place beside a dead
+centre: rows there differ from those at it by its root."""
 
 
 @compiled
@@ -116,9 +132,9 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     if hold_at_rest(it, contacts) != 0:
         longer = lesser(4.0 * it.hold, event_run.HELD)
         it.hold = longer if checked != 0 else event_run.LONGEST
-        it.until, it.holding, it.stage = it.t + it.hold, 1, event_run.SET_UP
+        it.until, it.holding, it.stage = it.t + it.hold, event_run.AT_REST, event_run.SET_UP
     elif checked != 0 and it.hold > event_run.LONGEST:
-        hold_shorter(it)
+        hold_shorter(it, 8.0)  # contacts had begun to slip before its end
         return 1
     for k in range(it.contacts):
         if it.reason[k] == event_run.CONE_REACHED:
@@ -179,15 +195,62 @@ def keep_start(it: EventRun) -> None:
 
 
 @compiled
-def hold_shorter(it: EventRun) -> None:
-    """Go back to the start of a phase that was held too long: contacts had begun to slip before its end."""
+def go_back(it: EventRun) -> None:
+    """Go back to the start of the last phase."""
     copy(it.held_state, it.y, it.n_y)
     it.t, it.impulses, it.phases = it.held_from, it.held_work, it.held_phases
     it.marked, it.numbered, it.logged = it.held_marks, it.held_numbers, it.held_rows
-    it.hold = greater(it.hold / 8.0, event_run.LONGEST)
-    it.until, it.holding, it.stage, it.leapt = it.t + it.hold, 1, event_run.LAUNCH, it.t
     forget_signs(it)
     look(it)
+
+
+@compiled
+def hold_shorter(it: EventRun, part: float) -> None:
+    """Go back to the start of a phase that was held too long, and hold it for a part of that time."""
+    go_back(it)
+    it.hold = greater(it.hold / part, event_run.LONGEST)
+    it.until, it.holding, it.leapt = it.t + it.hold, event_run.AT_REST, it.t
+    it.stage = event_run.LAUNCH
+
+
+@compiled
+def pass_dead_centre(it: EventRun, contacts: Contacts) -> int:
+    """Begin a phase anew that closed contacts have left (`parted`), with the modes of a place beside its start.
+
+    Forces near a dead centre grow beyond all limits, and modes at it are the limit of those beside it. These are found
+    where conditions have parted a little, at the speeds of the start, and hold to there. Return 0, or why there are
+    none.
+    """
+    it.hold = it.t - it.held_from
+    if distance_parted(it) > NEAR * (1.0 + largest(it.y, it.n_q)):
+        hold_shorter(it, 2.0)
+        return 0 if it.hold > event_run.LONGEST else event_run.PARTED
+    copy_wholes(it.mode, it.before, it.contacts)
+    copy(it.held_state[it.n_q :], it.y[it.n_q :], it.n)
+    look(it)
+    for k in range(it.contacts):
+        it.closed[k] = 1 if it.before[k] != laws.OPEN else 0
+    choose_all(it)
+    why, changed = decide(it, contacts), 0
+    go_back(it)
+    for k in range(it.contacts):
+        changed += 1 if it.mode[k] != it.before[k] else 0
+    it.until, it.holding, it.stage = it.t + it.hold, event_run.BESIDE, event_run.SET_UP
+    if why == 0 and changed == 0:
+        return event_run.PARTED
+    return why
+
+
+@compiled
+def distance_parted(it: EventRun) -> float:
+    """Return the largest distance by which a closed rigid contact has left its conditions in the last phase."""
+    result, time = 0.0, it.t - it.held_from
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0:
+            result = greater(result, abs(it.gap[k]))
+            if it.mode[k] == laws.STICK:
+                result = greater(result, time * slip_speed(it, k))
+    return result
 
 
 @compiled
@@ -197,8 +260,14 @@ def end_of_phase(it: EventRun) -> float:
 
 
 @compiled
-def open_cones(it: EventRun) -> None:
-    """Leave it to the next step of the speeds whether forces that are open can hold contacts at rest."""
+def watch_cones(it: EventRun) -> None:
+    """Watch the cones of a phase at rest by open forces if its shares are well within them.
+
+    Else leave it to the next step of the speeds whether forces that are open can hold the contacts.
+    """
+    if beyond_cones(it, event_run.CLOSE, 0) == 0:
+        it.holding = 0
+        return
     phase = PhaseData(it.phase)
     for i in range(phase.endings):
         if is_cone(phase.law[i], 0):
