@@ -66,3 +66,26 @@ def mixed_scene(seed):
     if rng.random() < 0.3:
         s.torque("M", bodies[-1], (0, 0, float(rng.uniform(-3, 3))))
     return s, start
+
+
+def legged_scene(seed):
+    """A scene and its start: a trunk with a leg, thrown on a floor, with a stop and dry friction in its knee."""
+    rng = np.random.default_rng([29, seed])
+    s = fb.System(f"leg {seed}")
+    s.gravity = (0, 0, -9.81)
+    floor = s.ground.plane(normal="z")
+    trunk = s.body("trunk", fb.box(3, (0.3, 0.3, 0.2)))
+    thigh, shank = (s.body(name, fb.cylinder(0.5, 0.03, 0.3)) for name in ("thigh", "shank"))
+    s.free("f", s.ground, trunk)
+    s.hinge("hip", trunk, thigh, at=(0, 0, -0.1), to=(0, 0, 0.15), axis="y", coordinate="h")
+    knee = s.hinge("knee", thigh, shank, at=(0, 0, -0.15), to=(0, 0, 0.15), axis="y", coordinate="k")
+    if rng.random() < 0.6:
+        s.stop("bent", knee, low=0, high=2.2)
+    if rng.random() < 0.6:
+        s.friction("dry", knee, torque=float(rng.uniform(0.1, 1)))
+    s.contact("foot", shank.sphere(0.04, at=(0, 0, -0.15)), floor, friction=float(rng.uniform(0.05, 0.9)))
+    s.contact("body", trunk.corners(size=(0.3, 0.3, 0.2)), floor, friction=float(rng.uniform(0.05, 0.9)))
+    turn = np.array([1, *(0.2 * rng.normal(size=3))])
+    start = {"f_z": 0.8, "f": tuple((turn / np.linalg.norm(turn)).tolist()), "k": 0.5}
+    start |= {name: float(rng.normal()) for name in ("f_vx", "f_wy", "f_wz")}
+    return s, start, ("f_x", "f_y", "f_z", "k")

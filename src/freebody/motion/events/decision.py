@@ -134,7 +134,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
     it.ties = 0
     if it.count == 0:
         return 0
-    gather(it, contacts, 0)
+    gather(it, contacts, 0, 1.0)
     for i in range(it.count):
         if it.ends[it.chosen[i]] == event_run.CONE_REACHED:
             contacts.static[i] = contacts.friction[i]

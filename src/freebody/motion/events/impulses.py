@@ -53,8 +53,11 @@ LOWEST = 1e-12
 
 
 @compiled
-def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
-    """Write the problem of the chosen contacts: of their speeds in an ``impact`` (1), else of accelerations."""
+def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
+    """Write the problem of the chosen contacts: of their speeds in an ``impact`` (1), else of accelerations.
+
+    Given forces, or bounds of friction, act for a ``time``; 1 for accelerations.
+    """
     m = 0
     contacts.contacts, contacts.equalities = it.count, 0
     for i in range(it.count):
@@ -63,10 +66,10 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         speed = slip_speed(it, k)
         contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
         contacts.static[i] = it.coefficients[4 * k + 1]
-        contacts.least[i], contacts.held[i], contacts.slides[i] = it.given[k], it.held[k], 0
+        contacts.least[i], contacts.held[i], contacts.slides[i] = time * it.given[k], it.held[k], 0
         contacts.presser[i], presser = -1, it.presser[k]
         if presser >= 0 and it.held[presser] != 0:
-            contacts.least[i] = it.given[presser]
+            contacts.least[i] = time * it.given[presser]
         elif presser >= 0:
             contacts.presser[i] = place_of(it, i, presser)
         if impact != 0:
@@ -181,7 +184,7 @@ def strike(it: EventRun, contacts: Contacts) -> int:
         return event_run.LOADED_IMPACT
     if it.loads > 0:
         append_loaded(it)
-    gather(it, contacts, 1)
+    gather(it, contacts, 1, 1.0)
     contacts.still = it.still
     status = one_by_one(it, contacts) if it.sequential != 0 else together(it, contacts)
     for a in range(contacts.rows):
@@ -195,7 +198,7 @@ def rub(it: EventRun, contacts: Contacts) -> int:
     look(it)
     it.count, contacts.poisson, contacts.still = 0, 0, it.still
     append_loaded(it)
-    gather(it, contacts, 1)
+    gather(it, contacts, 1, 1.0)
     for i in range(it.count):
         contacts.restitution[i] = 0.0
     status = collided_under_loads(it, contacts)

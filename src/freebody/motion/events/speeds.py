@@ -23,7 +23,6 @@ from .impulses import gather
 from .jumps import forget_signs
 from .moment import (
     approaches,
-    choose,
     choose_all,
     copy,
     copy_wholes,
@@ -45,17 +44,17 @@ centre: rows there differ from those at it by its root."""
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if a bounded force acts at a contact, or a drive in a closed loop, if there is no solution, or if a contact
-    would close, also one at a place of a patch that has no features yet.
+    It is 0 if a compliant contact presses, or a drive acts in a closed loop, if there is no solution, or if a contact
+    would close, also one at a place of a patch that has no features yet. Joints bear the load of the last decision.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
     if machine.own > 0 and (machine.driven != 0 or it.moving != 0):
         return 0
-    for k in range(it.contacts):
-        if it.held[k] != 0 and it.presser[k] < 0:
+    choose_all(it)
+    for i in range(it.count):
+        if it.compliant[it.chosen[i]] != 0:
             return 0
-    choose(it)
-    gather(it, contacts, 1)
+    gather(it, contacts, 1, length)
     for a in range(contacts.rows):
         contacts.given[a] += length * it.c[it.list[a]]
     run_by(it.finding, contacts)
@@ -170,7 +169,7 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for i in range(it.count):
         k = it.chosen[i]
-        if it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least:
+        if it.held[k] != 0 or (it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least):
             n = it.tangents[k]
             stays = slip_speed(it, k) <= it.still and size_of(contacts.after[contacts.at[i] + 1 :], n) <= none
             rests = n > 0 and contacts.static[i] > 0.0 and stays
