@@ -18,7 +18,7 @@ from .event_run import EventRun
 from .impulse_system import add_row, impelled
 from .impulses import move_speeds
 from .log import log_phase, log_state
-from .moment import copy, is_smooth, largest, look, product_of, row_of, slip_speed
+from .moment import approaches, copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, leaves_rest, project, set_up
 
 DEAD = 1e-16
@@ -306,8 +306,11 @@ def turn_back(it: EventRun, contacts: Contacts) -> None:
 def turned_over(it: EventRun) -> int:
     """Return 1 if the first moment of a slip has given one along a line the other sense than its mode, else 0.
 
-    The impulses that nudge a slip spin the body, too: a spin that was about to begin has a speed then.
+    The impulses that nudge a slip spin the body, too: a spin that was about to begin has a speed then. If a contact
+    closes at its end, the impact comes first.
     """
+    if approaches(it) != 0:
+        return 0
     for k in range(it.contacts):
         v = it.rate[it.first[k] + 1] if it.tangents[k] == 1 else 0.0
         if (it.mode[k] == laws.SLIDE_ON and v < -it.still) or (
