@@ -22,7 +22,7 @@ from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
 from .jumps import arrived, jumped, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
-from .moment import approaches, choose, choose_all, copy, copy_wholes, find_closed, joined, look
+from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
@@ -363,15 +363,9 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
 
 @compiled
 def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
-    """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead.
-
-    An impact at the same moment comes first.
-    """
+    """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead."""
     if it.stage == event_run.HALTED:
         return judge(it, run, contacts)
-    if approaches(it) != 0:
-        for k in range(it.contacts):
-            it.stopping[k] = 0
     for k in range(it.contacts):
         if it.stopping[k] != 0:
             it.stopping[k] = 0
