@@ -25,7 +25,8 @@ from . import event_run
 from .event_run import EventRun
 from .impulses import gather
 from .moment import choose, copy, largest, look, pull, size_of
-from .setting import begins_slip, depends, listed, set_up
+from .setting import depends, listed, set_up
+from .shares import share
 
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
@@ -158,30 +159,6 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
     if it.ready != 0 and share(it, contacts) != 0:
         name(it, contacts)
     return 0
-
-
-@compiled
-def share(it: EventRun, contacts: Contacts) -> int:
-    """Take the shares of indeterminate forces that the equations of the modes have; return 1 if there are any, else 0.
-
-    Contacts at rest share friction in proportion to N there, and reach their limits by it.
-    """
-    set_up(it, contacts)
-    if it.spare_count == 0:
-        return 0
-    it.forces(it.t, it.y, it.phase, it.speeds)
-    for i in range(contacts.contacts):
-        if begins_slip(it, it.chosen[i]) != 0:
-            return 0  # no direction yet: that of its speed is round-off
-        for j in range(1 + contacts.tangents[i]):
-            if not math.isfinite(it.speeds[it.first[it.chosen[i]] + j]):
-                return 0
-    for i in range(contacts.contacts):
-        for j in range(1 + contacts.tangents[i]):
-            contacts.forces[contacts.at[i] + j] = it.speeds[it.first[it.chosen[i]] + j]
-        if it.adhering[it.chosen[i]] != 0:
-            contacts.forces[contacts.at[i]] += it.adhesion[it.chosen[i]]
-    return 1
 
 
 @compiled

@@ -7,13 +7,16 @@ nothing: M⁻¹ Wᵀ B x = 0. Otherwise each distribution moves the machine diff
 
 from __future__ import annotations
 
+import math
+
 from ...native.instructions import Reals, compiled, greater
 from ..cones.contacts import Contacts
 from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import copy, is_smooth, largest, look, slip_speed
+from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
+from .setting import begins_slip, find_dead, set_up
 
 SAME = 1e-8
 """Relative size of a motion that is none."""
@@ -157,4 +160,65 @@ def forces_decided(it: EventRun, contacts: Contacts) -> int:
     it.t = end
     copy(it.kept, it.y, it.n_y)
     look(it)
+    return 0
+
+
+# -- shares that a decision takes ---------------------------------------------------------------------------
+
+
+@compiled
+def share(it: EventRun, contacts: Contacts) -> int:
+    """Take the shares of indeterminate forces that the equations of the modes have; return 1 if there are any, else 0.
+
+    Contacts at rest share friction in proportion to N there, and reach their limits by it. One that would pull opens,
+    if the others hold it in place.
+    """
+    set_up(it, contacts)
+    if it.spare_count == 0 or has_forces(it, contacts) == 0:
+        return 0
+    while opens_pulling(it, contacts) != 0:
+        set_up(it, contacts)
+        if has_forces(it, contacts) == 0:
+            return 0
+    for i in range(contacts.contacts):
+        for j in range(1 + contacts.tangents[i]):
+            contacts.forces[contacts.at[i] + j] = it.speeds[it.first[it.chosen[i]] + j]
+        if it.adhering[it.chosen[i]] != 0:
+            contacts.forces[contacts.at[i]] += it.adhesion[it.chosen[i]]
+    return 1
+
+
+@compiled
+def has_forces(it: EventRun, contacts: Contacts) -> int:
+    """Set ``speeds`` to the forces that the equations of the modes give; return 1 if there are any, else 0."""
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    for i in range(contacts.contacts):
+        if begins_slip(it, it.chosen[i]) != 0:
+            return 0  # no direction yet: that of its speed is round-off
+        for j in range(1 + contacts.tangents[i]):
+            if not math.isfinite(it.speeds[it.first[it.chosen[i]] + j]):
+                return 0
+    return 1
+
+
+@compiled
+def opens_pulling(it: EventRun, contacts: Contacts) -> int:
+    """Open the contact whose share pulls most, if the others hold it in place; return 1 if there is one, else 0."""
+    found, least = -1, -event_run.SMALL * largest(contacts.forces, contacts.rows)
+    for i in range(contacts.contacts):
+        k = it.chosen[i]
+        bears = it.adhesion[k] if it.adhering[k] != 0 else 0.0
+        if it.held[k] == 0 and it.presser[k] < 0 and it.speeds[it.first[k]] + bears < least:
+            found, least = k, it.speeds[it.first[k]] + bears
+    if found < 0:
+        return 0
+    copy_wholes(it.mode, it.before, it.contacts)
+    it.mode[found] = laws.OPEN
+    for r in range(it.contacts):
+        if it.presser[r] == found:
+            it.mode[r] = laws.OPEN
+    find_dead(it, contacts)
+    if it.dead[found] != 0:
+        return 1
+    copy_wholes(it.before, it.mode, it.contacts)
     return 0

@@ -411,7 +411,7 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     Newton's method uses the slope of the dense output. If the slope is useless, in a grazing pass, ``x`` stays. The
     sign has changed at the result, so that a run that starts again there does not find the event once more: where the
     states change it later, as by round-off, or at a jump, the result is later. Return -1 if they have no zero near
-    ``x``.
+    ``x``, or if the iteration of the method does not converge there.
     """
     d = lesser(1e-4, lesser(x, 1.0 - x))
     if d <= 0.0:
@@ -425,6 +425,8 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     best = x
     for k in range(64):  # the last steps double, up to the end
         state_in_step(run, best)
+        if not are_finite(run.point, run.n):
+            return -1.0
         evaluate(run, best)
         value = run.search.g[e]
         shift = -value / slope
