@@ -25,7 +25,10 @@ def ground(s, rng, kind):
 
 
 def mixed_scene(seed):
-    """A scene and its start: disks, eccentric disks and boxes, thrown, with adhesion, springs, forces and couples."""
+    """A scene, its start and the coordinates to compare.
+
+    Disks, eccentric disks and boxes are thrown, with adhesion, springs, forces and couples.
+    """
     rng = np.random.default_rng([13, seed])
     kind = str(rng.choice(GROUNDS))
     s = fb.System(f"{kind} {seed}")
@@ -65,11 +68,11 @@ def mixed_scene(seed):
         s.force("F", bodies[0].origin, (force, 0, 0))
     if rng.random() < 0.3:
         s.torque("M", bodies[-1], (0, 0, float(rng.uniform(-3, 3))))
-    return s, start
+    return s, start, [name for name in start if not name.endswith("'")]
 
 
 def legged_scene(seed):
-    """A scene and its start: a trunk with a leg, thrown on a floor, with a stop and dry friction in its knee."""
+    """A scene, its start and the coordinates to compare: a trunk with a leg, with a stop and dry friction in its knee."""
     rng = np.random.default_rng([29, seed])
     s = fb.System(f"leg {seed}")
     s.gravity = (0, 0, -9.81)

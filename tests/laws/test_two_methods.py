@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from mixed_scenes import mixed_scene
+from mixed_scenes import legged_scene, mixed_scene
 
 STEPS = (2e-3, 1e-3, 5e-4)
 SCATTER = 5.0
@@ -15,9 +15,8 @@ h v.
 """
 
 
-def compare(seed, until=1.0):
-    s, start = mixed_scene(seed)
-    names = [name for name in start if not name.endswith("'")]
+def compare(scene, seed, until=1.0):
+    s, start, names = scene(seed)
     motion = fb.simulate(s, until, initial=start)
     assert motion.energy.relative_residual < 1e-7
     limit = np.array([motion[name][-1] for name in names])
@@ -32,10 +31,22 @@ def compare(seed, until=1.0):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_steps_come_to_the_motion_by_events(seed):
-    compare(seed)
+    compare(mixed_scene, seed)
+
+
+@pytest.mark.parametrize("seed", [50, 152])
+def test_steps_come_to_the_motion_of_a_leg_by_events(seed):
+    """A stop at rest beside dry friction; a step of radau to an event whose iteration does not converge."""
+    compare(legged_scene, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4, 300))
 def test_steps_come_to_the_motions_by_events(seed):
-    compare(seed)
+    compare(mixed_scene, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(120))
+def test_steps_come_to_the_motions_of_legs_by_events(seed):
+    compare(legged_scene, seed)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
-from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
+from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -26,7 +26,7 @@ from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, 
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
+from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
 from .speeds import (
     decided_by_speeds,
     end_of_phase,
@@ -331,6 +331,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
+    if status == COLLAPSED and it.resting == 0 and fades(it) != 0:
+        it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     wrong = depth(it, status)
     if wrong != 0:

@@ -225,6 +225,17 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
 
 
 @compiled
+def fades(it: EventRun) -> int:
+    """Return 1 if a slip in space is so slow that it soon has no direction, and no step follows it; else 0."""
+    look(it)
+    for k in range(it.contacts):
+        rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
+        if rough and slip_speed(it, k) <= laws.STOPPED:
+            return 1
+    return 0
+
+
+@compiled
 def fading(it: EventRun) -> int:
     """Return the contact whose slip in space begins below `STOPPED` and slows, or -1.
 
