@@ -72,7 +72,7 @@ def mixed_scene(seed):
 
 
 def legged_scene(seed):
-    """A scene, its start and the coordinates to compare: a trunk with a leg, with a stop and dry friction in its knee."""
+    """A scene, its start and the coordinates to compare: a trunk with a leg, its knee with a stop and dry friction."""
     rng = np.random.default_rng([29, seed])
     s = fb.System(f"leg {seed}")
     s.gravity = (0, 0, -9.81)
