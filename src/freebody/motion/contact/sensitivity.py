@@ -100,6 +100,12 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
         trajectory, history = touching_motion_of(problem, between)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
+        tips = history.tips_at()
+        if tips is not None:
+            raise NoDerivativesError(
+                f"A disk of '{model.name}' that lies flat turns the points on which it stands with the load, or tips, "
+                f"at t = {tips:.9g} s, and a motion has no derivatives here beyond that. {CURE_OF_MACHINES}"
+            )
         laws = switching_laws(variation, slopes.parameters)
         followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
     course = cast(Touching, trajectory.course)

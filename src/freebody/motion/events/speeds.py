@@ -19,8 +19,8 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .jumps import forget_signs
 from .moment import approaches, choose, copy, copy_wholes, is_smooth, largest, look, size_of, slip_speed
+from .phase_end import forget_signs
 from .setting import leaves_rest, normalise
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
