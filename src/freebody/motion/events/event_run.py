@@ -25,6 +25,8 @@ NUDGE = 4 * STOPPED
 """Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 MOMENT = 1e-5
 """Time after which a motion shows whether laws that hold with equality go on, at speeds below 1 m/s or 1 rad/s [s]."""
+BRIEFEST = 1e-11
+"""Shortest such time [s]: it is half as long after each of several events at one moment."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
