@@ -159,18 +159,6 @@ class History:
         )  # fmt: skip
         return segment
 
-    def tips_at(self) -> float | None:
-        """Return the time at which a disk that lies flat first turns its points with the load or tips, or None."""
-        it, places = self.work.it, 2 * self.work.it.rings
-        for kind, marks, numbers in self.entries(event_run.PHASE, event_run.NOTE) if places else ():
-            if kind == event_run.PHASE and not np.array_equal(
-                numbers[-places:].reshape(-1, 2), [[1, 0]] * it.rings
-            ):
-                return float(self.times[marks[0]])
-            if kind == event_run.NOTE and event_run.TIPS in marks[5 + len(self.work.names) :: 4]:
-                return float(numbers[0])
-        return None
-
     def parameters_of(self, k: int, numbers: Array) -> Array | None:
         """Return the parameters of a phase with these real numbers, if they are not those of the whole run.
 
