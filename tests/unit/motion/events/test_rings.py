@@ -15,17 +15,17 @@ LIFT = 1e-11
 """Height by which the mass centre rises as a tip begins: half of that of the highest point of the edge [m]."""
 
 
-def pushed(friction=0.9, spun=False, circle=False):
+def pushed(circle=False):
     """A cylinder that stands on a floor, pushed along the angle ``al`` by F t, or by f."""
     s = fb.System("can")
     s.gravity = (0, 0, -G)
-    F, f, al = s.parameters(F=0.0, f=0.0, al=0.0)
+    F, f, al, mu = s.parameters(F=0.0, f=0.0, al=0.0, mu=0.9)
     can = s.body("can", fb.cylinder(M, R, H))
     s.free("air", s.ground, can)
     push = F * s.t + f
     s.force("push", can.point(0, 0, HIGH - H / 2), (push * sympy.cos(al), push * sympy.sin(al), 0))
     shape = can.circle(R, at=(0, 0, -H / 2)) if circle else can.drum(R, H)
-    s.contact("table", shape, s.ground.plane(normal="z"), friction=friction)
+    s.contact("table", shape, s.ground.plane(normal="z"), friction=mu)
     return s
 
 
@@ -93,8 +93,8 @@ def test_a_push_at_once_is_held_below_the_moment_of_the_weight(k, circle):
 @pytest.mark.parametrize("spin", [0, 3, 50])
 def test_a_disk_that_spins_without_friction_tips_as_one_that_does_not(spin):
     """The moment of F about the mass centre alone presses the edge: F (h - H/2) = W r, whatever it spins."""
-    values = {"F": M * G * R / (HIGH - H / 2), "al": 0.3}
-    motion = fb.simulate(pushed(0), 1.02, initial=START | {"air_wz": spin}, values=values)
+    values = {"F": M * G * R / (HIGH - H / 2), "al": 0.3, "mu": 0}
+    motion = fb.simulate(pushed(), 1.02, initial=START | {"air_wz": spin}, values=values)
     assert tipped(motion) == pytest.approx(1, abs=1e-9)
     assert len(motion.path.segments) == 3  # the points stay where they are as the disk turns
     energy = M * G * H + M * R**2 / 4 * spin**2
@@ -104,7 +104,9 @@ def test_a_disk_that_spins_without_friction_tips_as_one_that_does_not(spin):
 def test_a_disk_that_slides_and_spins_tips_by_friction():
     """Friction of at most μ W has the moment μ W H/2 about the mass centre, which is W r for μ = 0.6."""
     held, falls = (
-        fb.simulate(pushed(mu), 0.25, initial=START | {"air_vx": 0.5, "air_vy": 0.2, "air_wz": 5})
+        fb.simulate(
+            pushed(), 0.25, initial=START | {"air_vx": 0.5, "air_vy": 0.2, "air_wz": 5}, values={"mu": mu}
+        )
         for mu in (0.59, 0.61)
     )
     assert np.hypot(*axis_of(held)) < 1e-9
