@@ -20,6 +20,7 @@ from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
 from .patched import Patched, contacts_of, corners_on, parts_of, places_of
+from .ring import turning
 
 
 @dataclass(frozen=True)
@@ -258,8 +259,12 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts; None if they are more than ``most``."""
-    contacts, parameters, patches = list(model.contacts), list(model.parameters), list[Patched]()
+    """Return the model for a motion by events; None if the pairs of its families are more than ``most``.
+
+    These are contacts of their own, and the points on which disks stand that lie flat may turn.
+    """
+    contacts, turns, rings = turning(model.contacts)
+    parameters, patches = [*model.parameters, *turns], list[Patched]()
     for f, family in enumerate(model.families):
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
@@ -290,4 +295,5 @@ def unrolled(model: Model, most: int) -> Model | None:
         unrolled=model.families,
         parameters=tuple(parameters),
         patches=tuple(patches),
+        rings=tuple(rings),
     )

@@ -63,6 +63,9 @@ class Model:
     patches: tuple[Any, ...] = ()
     """Pairs of solids whose points are contacts, of a model whose families are unrolled."""
 
+    rings: tuple[Any, ...] = ()
+    """Edges of disks whose points turn, of a model for motions by events."""
+
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 

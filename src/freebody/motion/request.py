@@ -89,8 +89,8 @@ class Request:
         if isinstance(self.method, RungeKutta):
             self.__dict__["method"] = self.method.name
         kernels, method = kernels_of(self.machine), self.method
-        if kernels.model.families and method != "timestepping":
-            kernels = kernels.unrolled()
+        if method != "timestepping":
+            kernels = kernels.by_events()
         model = kernels.model
         self.__dict__["kernels"] = kernels
         self.__dict__["many"] = (

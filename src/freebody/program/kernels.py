@@ -188,6 +188,11 @@ class KernelSet:
         return self._prologue(0.0, p, ())
 
     @property
+    def prologue(self) -> Kernel:
+        """The function of the parameters that gives the constants: f(0, p, p, c)."""
+        return self._prologue
+
+    @property
     def operations(self) -> dict[str, dict[str, int]]:
         """Counts of operations by kernel; ``"parameters"`` has those done once per set of parameters."""
         return {k.name: dict(k.operations) for k in (self._prologue, *self.kernels.values())}

@@ -75,6 +75,27 @@ class Rest(Spot, kind="rest", listed=False):
         return (-b,)
 
 
+class Footing(ContactShape, kind="footing", listed=False):
+    """A point of an edge on which a disk stands that lies flat, in a direction of the plane: it turns with the load."""
+
+    edge: Any
+    plane: Any
+    along: Vector
+
+    stands = True
+
+    def support(self, at: Any, direction: Vector) -> Vector:
+        """Return C + r a × (d × a): a point of the edge of a disk that lies flat, a point of the disk of any other."""
+        edge, d = self.edge, at.turned(self.plane.body, self.along)
+        a = edge.axle(at)
+        return add(edge.middle(at), scale(at(edge.radius), cross(a, cross(d, a))))
+
+    def reaches(self, at: Any, normal: Vector) -> tuple[Scalar, ...]:
+        """Return the opposite of what the edge has."""
+        (b,) = self.edge.reaches(at, normal)
+        return (-b,)
+
+
 def circle(
     body: Frame, radius: Expression, *, at: Any = None, axis: Any = "z", inside: bool = False
 ) -> Circle:

@@ -30,6 +30,8 @@ WHY = {
     event_run.BLOW: "a blow",
     event_run.CHANGED: "a change of a signal or controller",
     event_run.OTHER_FEATURES: "other corners and edges of the patch",
+    event_run.RESULTANT: "its points turned with the load",
+    event_run.TIPS: "the load has reached the edge",
     event_run.GAP_CLOSED: "the gap closed",
     event_run.NORMAL_ZERO: "N reached 0",
     event_run.END_OF_SIDE: "the end of the side",
@@ -73,7 +75,7 @@ class History:
         self.states = np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)
         places = np.empty(1 + it.marked // LEAST, dtype=np.int64)
         self.phases = places[: code("find_phases")(it, places)]
-        self.told = tuple(self.work.told)
+        self.told, self.turned = tuple(self.work.told), dict[Any, Array]()
 
     def __reduce__(self) -> Any:
         return Told, (self.happenings, self.timeline, self.indeterminate)
@@ -126,7 +128,7 @@ class History:
     def segment(self, k: int) -> Segment:
         """Return a phase of the run."""
         marks, numbers = self.entry(self.phases[k])
-        E, other = len(self.work.names), self.work.parameters_of(k)
+        E, other = len(self.work.names), self.parameters_of(k, numbers)
         first, rows, status, rejected, evaluations, stiff, blame, kind, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
         scene, work = self.work.scene, self.work
@@ -156,6 +158,24 @@ class History:
             dead=dead if spare or any(dead) else None,
         )  # fmt: skip
         return segment
+
+    def parameters_of(self, k: int, numbers: Array) -> Array | None:
+        """Return the parameters of a phase with these real numbers, if they are not those of the whole run.
+
+        The last of these are the angles of disks that lie flat. Phases of the same angles share the parameters.
+        """
+        it, given = self.work.it, self.work.parameters_of(k)
+        parameters = self.work.parameters if given is None else given
+        if it.rings == 0:
+            return given
+        angles, places = numbers[-2 * it.rings :], np.add.outer(it.ring_at, (0, 1)).ravel()
+        if np.array_equal(parameters[places], angles):
+            return given
+        key = parameters.tobytes(), angles.tobytes()
+        if key not in self.turned:
+            self.turned[key] = parameters.copy()
+            self.turned[key][places] = angles
+        return self.turned[key]
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:

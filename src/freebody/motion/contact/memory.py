@@ -55,6 +55,7 @@ class Memory:
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
     ``other``      implicit steps, or explicit ones while these are in use; None until they are needed
     ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
+    ``parameters``    values of the parameters, with the angles of disks that lie flat
     """
 
     steps: Run
@@ -85,6 +86,9 @@ class Memory:
         for name, kernel in KERNELS.items():
             setattr(it, name, compiled[kernel].address)
         self.energy = np.array(energy.constants(parameters))
+        self.parameters = np.array(parameters)
+        it.parameters, contacts = self.parameters, scene.candidates.program().compiled
+        it.prologue, it.constants = contacts.prologue.address, contacts.hoisted
         it.energy, it.energy_c = energy.address("energy"), self.energy
         it.looking, it.phase = self.looking, self.phase
         it.watch, it.watch_later = np.zeros((2, self.program.outputs("watched")))
@@ -168,7 +172,7 @@ class Memory:
             self._keep()
 
     def _keep(self) -> None:
-        blocks = (self.it.memory, self.steps.memory, self.looking, self.phase, self.energy)
+        blocks = (self.it.memory, self.steps.memory, self.looking, self.phase, self.energy, self.parameters)
         self.images = [(block, block.copy()) for block in blocks]
 
     def give_back(self, key: Watched) -> None:
@@ -184,6 +188,7 @@ class Memory:
     def set_parameters(self, parameters: Array) -> None:
         """Write other values of the parameters."""
         energy = self.kernels.motion()
+        self.parameters[:] = parameters
         self.scene.program.set_parameters(self.looking, parameters)
         self.energy[:] = energy.constants(parameters)
         self.program.set_parameters(self.phase, parameters)

@@ -332,12 +332,6 @@ def flat(work: ContactRun, contacts: Sequence[int]) -> str:
     """Return a sentence on disks in space among contacts: what touches in place of their edge when they lie flat."""
     for k in contacts:
         shapes = work.model.contacts[k].feature, work.model.contacts[k].surface
-        if any(shape.stands or shape.kind == "edge" for shape in shapes):
-            return (
-                f" While it lies flat, the disk of '{work.model.contacts[k].owner}' stands on four points of its edge, "
-                "and one that is about to tip between two of them rests on neither them nor the edge: give it more "
-                "points, body.corners(...)."
-            )
         if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
             return (
                 f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "

@@ -13,6 +13,7 @@ from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
+from ..events import event_run
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.program import Program
 from ..kernels.switches import value_of
@@ -35,6 +36,7 @@ from ..trajectory.outputs import OfContact, OfReaction
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
+from .history import History
 from .motion import touching_motion_of
 from .slopes import NoDerivativesError, Slopes
 
@@ -72,6 +74,18 @@ def check_touching(request: Request) -> None:
     check_unswitched(request)
 
 
+def tips_at(history: History) -> float | None:
+    """Return the time at which a disk that lies flat first turns its points with the load or tips, or None."""
+    rings, names = history.work.it.rings, len(history.work.names)
+    for kind, marks, numbers in history.entries(event_run.PHASE, event_run.NOTE) if rings else ():
+        angles = numbers[-2 * rings :].tolist()
+        if kind == event_run.PHASE and angles != [1.0, 0.0] * rings:
+            return float(history.times[marks[0]])
+        if kind == event_run.NOTE and event_run.TIPS in marks[5 + names :: 4]:
+            return float(numbers[0])
+    return None
+
+
 def sensitive_touching_motion(request: Request) -> Trajectory:
     """Return the motion of a machine with contacts, with its derivatives.
 
@@ -100,6 +114,12 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
         trajectory, history = touching_motion_of(problem, between)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
+        tips = tips_at(history)
+        if tips is not None:
+            raise NoDerivativesError(
+                f"A disk of '{model.name}' that lies flat turns the points on which it stands with the load, or tips, "
+                f"at t = {tips:.9g} s, and a motion has no derivatives here beyond that. {CURE_OF_MACHINES}"
+            )
         laws = switching_laws(variation, slopes.parameters)
         followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
     course = cast(Touching, trajectory.course)

@@ -20,10 +20,10 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import arrived, jumped, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
-from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
+from .phase_end import arrived, clear_reasons, creeps, depth, is_slow, jumped, parted, reasons, take_crossing
+from .rings import follow_load, stand
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
@@ -169,10 +169,14 @@ def correct(it: EventRun, contacts: Contacts) -> None:
 @compiled
 def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes, again where contacts at rest at the end of their side begin to leave it."""
+    if it.rings > 0 and it.hit == 0:
+        follow_load(it)
     choose_all(it)
     copy_wholes(it.mode, it.before, it.contacts)
     it.stage = event_run.SET_UP
     why = decide(it, contacts)
+    if why == 0 and it.rings > 0:
+        why = stand(it, contacts)
     if why != 0:
         return why
     if begin_to_leave(it) != 0:  # from now on the corner touches

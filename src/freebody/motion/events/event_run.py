@@ -25,6 +25,8 @@ NUDGE = 4 * STOPPED
 """Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 MOMENT = 1e-5
 """Time after which a motion shows whether laws that hold with equality go on, at speeds below 1 m/s or 1 rad/s [s]."""
+BRIEFEST = 1e-11
+"""Shortest such time [s]: it is half as long after each of several events at one moment."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
@@ -109,8 +111,8 @@ UNSEEN = 2
 # Why a mode began.
 (
     NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
-    BOUNCES_END, CHANGED, OTHER_FEATURES,
-) = range(12)  # fmt: skip
+    BOUNCES_END, CHANGED, OTHER_FEATURES, RESULTANT, TIPS,
+) = range(14)  # fmt: skip
 
 # Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
 SERIES, QUIET, SLOWED = range(3)
@@ -142,6 +144,10 @@ class EventRun(Record):
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
                                   load at the last decision;  ``unstruck``: forces of these joints without an impact;
                                   ``blown``: impulses of a blow on them
+    ``rings``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their number, the
+                                  first point of each, and the place of its cosine and sine in ``parameters``
+    ``parameters``, ``prologue``, ``constants``    values of the parameters, the kernel of the constants of the kernels
+                                  of contacts, and the number of these
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``                     where the loop goes on
@@ -219,6 +225,12 @@ class EventRun(Record):
     load: Annotated[Row, "contacts"]
     unstruck: Annotated[Row, "of_bearings"]
     blown: Annotated[Row, "of_bearings"]
+    rings: Count
+    ring_first: Annotated[Wholes, "rings"]
+    ring_at: Annotated[Wholes, "rings"]
+    parameters: Row
+    prologue: Kernel
+    constants: Count
     turned: Count
     quaternions: Wholes
     ending: Wholes
@@ -357,6 +369,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
         n_q=model.n_q,
         n=n,
         n_y=n_y,
+        rings=len(model.rings),
         contacts=E,
         rows=m,
         seen_size=seen,
@@ -379,4 +392,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place
+    names = [parameter.name for parameter in model.parameters]
+    it.ring_first[:] = [ring.first for ring in model.rings]
+    it.ring_at[:] = [names.index(ring.names[0]) for ring in model.rings]
     return it

@@ -22,7 +22,7 @@ Newsletter (1984); C. Glocker, Energetic consistency conditions for standard imp
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, run_by
+from ...native.instructions import Reals, compiled, greater, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
@@ -501,7 +501,13 @@ def lift(it: EventRun, contacts: Contacts) -> None:
                 row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
             )
     run_by(it.finding, contacts)
-    machine, state = PhaseData(it.looking), it.trial
+    displace(it, contacts.forces, count)
+
+
+@compiled
+def displace(it: EventRun, impulses: Reals, count: int) -> None:
+    """Move the coordinates by M⁻¹ Wᵀ x, with numbers x for the rows of the list."""
+    n, machine, state = it.n, PhaseData(it.looking), it.trial
     copy(it.y, state, it.n_y)
     for i in range(n):
         state[it.n_q + i] = 0.0
@@ -509,7 +515,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     copy(machine.q_dot, it.step, it.n_q)
     for a in range(count):
         for i in range(n):
-            state[it.n_q + i] += contacts.forces[a] * it.X[it.list[a] * n + i]
+            state[it.n_q + i] += impulses[a] * it.X[it.list[a] * n + i]
     evaluated(it.t, state, machine)
     for i in range(it.n_q):
         it.y[i] += machine.q_dot[i] - it.step[i]

@@ -17,7 +17,7 @@ from .moment import copy
 def room_for_event(it: EventRun) -> int:
     """Return 1 if the log has room for what one stage of the loop may add, else 0."""
     marks = 4 * (16 + 4 * it.contacts + it.rows) + 8 * it.crossed
-    numbers = 4 * (16 + 4 * it.n_y + 4 * it.contacts + 4 * it.rows) + (it.n_y + 1) * it.crossed
+    numbers = 4 * (16 + 4 * it.n_y + 4 * it.contacts + 4 * it.rows + 2 * it.rings) + (it.n_y + 1) * it.crossed
     fits = it.marked + marks <= it.marks_room and it.numbered + numbers <= it.numbers_room
     return 1 if fits and it.logged + 4 <= it.path_room else 0
 
@@ -91,6 +91,8 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
         mark(it, it.shown[k] + event_run.DEAD * it.dead[k])
     for i in range(it.actives):
         mark(it, it.active[i])
+    for i in range(it.rings):
+        note_all(it, it.parameters[it.ring_at[i] :], 2)
     end(it, at)
     it.phases += 1
 

@@ -71,8 +71,8 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
             )
         system = case_from_text(text, f"the machine in {source.name}").system if machine is None else machine
         kernels = kernels_of(system)
-        if kernels.model.families and about["kind"] != "steps":
-            kernels = kernels.unrolled()
+        if about["kind"] != "steps":
+            kernels = kernels.by_events()
         names = (*kernels.model.coordinate_names, *kernels.model.speed_names)
         if machine is not None and (
             names != tuple(about["names"])

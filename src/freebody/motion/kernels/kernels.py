@@ -179,14 +179,18 @@ class Kernels:
             self.programs["large"] = Program(looped)
         return self.programs["large"]
 
-    def unrolled(self) -> Kernels:
-        """Return the programs of the machine with every pair of its families as a contact of its own.
+    def by_events(self) -> Kernels:
+        """Return the programs of the machine for a motion by events.
+
+        Every pair of its families is a contact of its own, and points of disks that lie flat turn.
 
         Raises
         ------
         SimulationError
             More than `UNROLLED` contacts.
         """
+        if not (self.model.families or any(contact.stands for contact in self.model.contacts)):
+            return self
         if "unrolled" not in self.cache:
             model = unrolled(self.model, UNROLLED)
             if model is None:

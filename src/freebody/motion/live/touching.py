@@ -12,10 +12,11 @@ from ..cones.contacts import Contacts
 from ..events import event_run
 from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
-from ..events.jumps import forget_signs
 from ..events.moment import copy, look
+from ..events.phase_end import forget_signs
 from ..ode import dop853
 from ..ode.layout import RUNNING
+from ..phase.phase_record import PhaseData
 from .memory import DEEP, TOO_MANY_PHASES, Live, Touching
 
 sample = dop853.FUNCTIONS["sample"]
@@ -70,6 +71,10 @@ def begin(live: Live, it: EventRun) -> None:
     hold, run = live.touching, live.run
     copy(hold.fresh if hold.kept != 0 else hold.run, hold.run if hold.kept != 0 else hold.fresh, hold.n_fresh)
     hold.kept = 1
+    for i in range(it.rings):
+        live.parameters[it.ring_at[i]], live.parameters[it.ring_at[i] + 1] = 1.0, 0.0
+    if it.rings > 0:
+        live.prologue(0.0, live.parameters, live.parameters, live.constants)
     spread(live, hold)
     hold.fades = 0
     it.t, it.target = live.start, live.until
@@ -120,6 +125,9 @@ def show(live: Live, it: EventRun, fresh: int) -> int:
     live.viewer.sampled = 0
     sample(live.viewer, n, live.dense, live.frames - at, live.times[at:], live.states[at])
     work = live.n_state
+    if it.rings > 0:  # points of disks that lie flat have turned
+        copy(PhaseData(hold.looking).machine_c, live.constants, live.n_constants)
+        spread(live, hold)
     for k in range(at, live.frames):
         if live.n_outputs > 0:
             hold.observing(live.times[k], live.states[k], hold.phase, live.outputs[k])

@@ -170,6 +170,7 @@ class TouchingMachine:
         it.piece, it.finding, it.colliding = (addresses[name] for name in ("piece", "find", "collided"))
         it.energy, it.energy_c = addresses["energies"], live.constants
         it.looking, it.phase = hold.looking, hold.phase
+        it.prologue, it.parameters, it.constants = live.prologue, live.parameters, live.n_constants
         it.turned, it.quaternions = len(model.quaternions), live.quaternions
         for name in (
             "ending",

@@ -21,8 +21,8 @@ from ...dynamics.contact_motion import contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
-from ...model.contact import Contact
 from ...model.resistance import pressers
+from ...model.ring import edge_of
 from ...native import loop
 from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
@@ -81,21 +81,11 @@ def ends_of_sides(model: Model) -> dict[int, list[tuple[int, int]]]:
     result: dict[int, list[tuple[int, int]]] = {}
     count: dict[int, int] = {}
     for k, c in enumerate(model.contacts):
-        side = edge_of(model, c) if c.stands else names.get(c.owner, k)
+        side = edge_of(model.contacts, c) if c.stands else names.get(c.owner, k)
         if side != k and not c.presser:
             count[side] = 0 if c.stands else count.get(side, -1) + 1
             result[k] = [(side, count[side])]
     return result
-
-
-def edge_of(model: Model, point: Contact) -> int:
-    """Return the element of the edge of which a disk that lies flat stands on a point: a drum has two edges."""
-    shape: Any = point.feature if point.feature.stands else point.surface
-    return next(
-        k
-        for k, c in enumerate(model.contacts)
-        if c.owner == point.owner and shape.edge in (c.feature, c.surface)
-    )
 
 
 class Scene:

@@ -210,7 +210,7 @@ def test_the_loop_may_ask_for_python_any_number_of_times():
 
 def test_an_event_without_a_finite_state_is_refused():
     """As where a slip in space vanishes inside a step: two of 160 thrown boxes."""
-    kernels = kernels_of(block()).unrolled()
+    kernels = kernels_of(block()).by_events()
     work = ContactRun(kernels, kernels.model.values({"F": 1.0}))
     work.memory.longer_log()
     said = str(refusal(work, event_run.NO_STATE))

@@ -26,7 +26,7 @@ def run_of(first, second):
     for body in bodies:
         s.free(f"f{body.name}", s.ground, body)
     s.contacts("pair", [SHAPES[name](body) for name, body in zip((first, second), bodies, strict=True)])
-    kernels = kernels_of(s).unrolled()
+    kernels = kernels_of(s).by_events()
     return ContactRun(kernels, kernels.model.values({}))
 
 

@@ -40,13 +40,28 @@ def rolling() -> fb.System:
     return s
 
 
+def tipping() -> fb.System:
+    """A cylinder that stands on its edge, pushed towards a point between its four, until it tips."""
+    s = fb.System("tipping")
+    s.gravity = (0, 0, -9.81)
+    can = s.body("can", fb.cylinder(1, 0.1, 0.3))
+    s.free("f", s.ground, can)
+    s.contact("rim", can.circle(0.1, at=(0, 0, -0.15)), s.ground.plane(normal="z"), friction=0.9)
+    s.force("push", can.origin, (6 * s.t, 3 * s.t, 0))
+    return s
+
+
 MOTIONS = {
+    "tipping": (tipping, 1.02, {"initial": {"f_z": 0.15}}),
     "rolling": (rolling, 2, {"initial": {"f_z": 0.12, "f_vx": 0.5, "f_wx": 3.0, "f_wz": 4.0}}),
     "bouncing": (bouncing, 4, {"initial": {"y": 1.0, "x'": 2.0, "phi'": 30.0}, "events": ["y'"]}),
     "falling rod": (falling_rod, 0.6, {"initial": {"y": np.cos(0.1) / 2, "phi": 0.1}}),
     "seesaw": (seesaw, 0.4, {"initial": {"y": 0.1, "x": 0.1}}),
     "ball on a plane": (ball_on_plane, 1, {"initial": {"flight_z": 0.1, "flight_vx": 1.0, "flight_wz": 3.0}}),
 }
+
+
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name == "tipping" else name for name in MOTIONS]
 
 
 def motion_of(name: str, **more) -> fb.Trajectory:
@@ -59,7 +74,7 @@ def phases_of(motion: fb.Trajectory) -> list[tuple[str, ...]]:
     return [tuple(one.modes) for one in motion.path.segments if one.path.curved and one.path.steps]
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_the_motion_of_simulate(name):
     """The same code with the same equations, whose common parts are computed in another order: round-off, amplified."""
     motion = motion_of(name)
