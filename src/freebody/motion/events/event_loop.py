@@ -9,9 +9,11 @@ halt       the last moment of a slip in space
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, lesser, run_by
+from ...native.instructions import compiled, greater, lesser, run_by
 from ..cones.contacts import Contacts
-from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
+from ..kernels.sided_run import SidedRun
+from ..kernels.switching import IS_STUCK, OTHER_SIDES
+from ..ode.layout import FINISHED, RUNNING, STIFF, STUCK, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -20,7 +22,7 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import arrived, jumped, take_crossing
+from .jumps import SAME, arrived, jumped, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
@@ -28,6 +30,8 @@ from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
 from .speeds import beyond_cones, decided_by_speeds, end_of_phase, hold, keep_start, open_cones, slow_slips
+from .switches import judge_sides, settle_sides
+
 
 
 @compiled
@@ -162,6 +166,10 @@ def correct(it: EventRun, contacts: Contacts) -> None:
 @compiled
 def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes, again where contacts at rest at the end of their side begin to leave it."""
+    settle_sides(it)
+    if it.stale != 0:
+        look(it)
+        it.stale = 0
     choose_all(it)
     copy_wholes(it.mode, it.before, it.contacts)
     it.stage = event_run.SET_UP
@@ -249,6 +257,13 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
     elif not end > it.t:
         end_rest(it)
         return RUNNING
+    if it.laws > 0 and it.resting == 0:
+        why = judge_sides(it)
+        if why == OTHER_SIDES:
+            it.stage = event_run.DECIDE
+            return RUNNING
+        if why == IS_STUCK:
+            return stick(it)
     if it.followed > 0:
         it.watched(it.t, it.y, it.phase, it.watch)
         if it.watch[it.followed - 1] < 0.0:  # a tie of features: the correction has decided it
@@ -264,6 +279,18 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         keep_start(it)
     begin_steps(it, run, end)
     return RUNNING
+
+
+@compiled
+def stick(it: EventRun) -> int:
+    """End the run at the switch of a law that no side leads away, or where it is to end, if that is there."""
+    code: int = STUCK
+    if it.target - it.t <= SAME * greater(1.0, abs(it.t)):
+        code, it.t = FINISHED, it.target
+    it.first_row, it.blame = it.logged, SidedRun(it.sided).stuck
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, code, 0, 0, 0, event_run.STEPS)
+    return code
 
 
 @compiled

@@ -17,6 +17,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .moment import copy, largest, look
+from .switches import switch_laws
 
 TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
@@ -107,8 +108,10 @@ def reasons(it: EventRun, run: Run) -> int:
         if number < it.events and search.log_times[e] == it.t:
             if number < it.asked and it.final[number] != 0:
                 return TERMINAL
-            if number >= it.asked:
+            if number >= it.asked and not it.first_law <= number < it.first_law + it.laws:
                 called = 1
+    if switch_laws(it, run) != 0:
+        clear_reasons(it, event_run.SWITCHED)
     if called != 0:
         clear_reasons(it, event_run.BLOW)
     for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end

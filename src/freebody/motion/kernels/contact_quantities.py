@@ -14,6 +14,7 @@ from ...dynamics import State
 from ...scalar.algebra import Scalar
 from .kernels import Kernels
 from .program import Program
+from .sides import SidedKernels, SidedTape, unsided
 from .switches import value_of
 
 NAMES = ("gap", "approach", "normal", "tangential", "slip", "margin")
@@ -55,16 +56,21 @@ def asked_by(expressions: Sequence[Any]) -> Asked:
 
 
 def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
-    """Return the program of functions of the user, whose state the quantities of contacts follow."""
-    asked = asked_by(expressions)
-    if not asked:
+    """Return the program of functions of the user, whose state the quantities of contacts follow, and behind them of the
+    e of all laws that have sides.
+    """
+    asked, sided = asked_by(expressions), isinstance(kernels, SidedKernels)
+    if not asked and not sided:
         return kernels.expressions(expressions)
 
-    def functions(state: Any, numbers: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-        of = dict(zip(asked, numbers, strict=True))
+    def functions(state: Any, numbers: Sequence[Any] = ()) -> Mapping[str, Sequence[Any]]:
+        of, e = dict(zip(asked, numbers, strict=True)), list[Scalar]()
+        if isinstance(state.field, SidedTape):  # what is observed switches by itself
+            e, state = [law for _, law in state.field.sides.values()], unsided(state)
         return {
             "values": [
-                x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions
+                *(x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions),
+                *e,
             ]
         }
 
