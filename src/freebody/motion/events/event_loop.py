@@ -22,7 +22,7 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import SAME, arrived, jumped, take_crossing
+from .jumps import SAME, arrived, jumped, same, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
@@ -328,7 +328,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         log_state(it, run.times[i], run.times[2 * n + 1 + i * n_y :], run.times[n + 1 + i])
     for e in range(run.events):
         number, way = search.log_numbers[e], search.log_signs[e]
-        if number < it.asked:
+        # the search may find a jump on both sides of a switch
+        if number < it.asked and not (it.ways[number] == way and same(search.log_times[e], it.crossed_at[number])):
             take_crossing(it, search.log_times[e], number, way, search.log_states[e])
             it.signs[number] = way
     it.steps_left -= n

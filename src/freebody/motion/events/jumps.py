@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater
+from ...native.instructions import Reals, Truth, compiled, greater, inlined
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
 from . import event_run
@@ -49,10 +49,16 @@ def crossed(it: EventRun, run: Run, e: int, way: int) -> int:
     return 1 if it.final[e] != 0 else 0
 
 
+@inlined
+def same(t: float, other: float) -> Truth:
+    """Return True if two times are those of one event."""
+    return abs(t - other) <= SAME * greater(1.0, abs(t))
+
+
 @compiled
 def just_crossed(it: EventRun, e: int) -> int:
     """Return 1 if a function has had its event now, else 0."""
-    return 1 if abs(it.t - it.crossed_at[e]) <= SAME * greater(1.0, abs(it.t)) else 0
+    return 1 if same(it.t, it.crossed_at[e]) else 0
 
 
 @compiled
@@ -76,9 +82,11 @@ def jumped(it: EventRun, run: Run) -> int:
 
 @compiled
 def arrived(it: EventRun, run: Run) -> int:
-    """Log the functions that reach zero as a gap closes at the end of a phase; return 1 if one ends the run, else 0.
+    """Log the functions that reach zero as a gap closes at the end of a phase, or jump over it where a law switches;
+    return 1 if one ends the run, else 0.
 
-    A gap at round-off is zero there. All signs are those at the end.
+    A gap at round-off is zero there. All signs are those at the end. The search finds a jump up to the error of its dense
+    output only, which may be after the switch.
     """
     ends, phase = 0, PhaseData(it.phase)
     if it.asked == 0:
@@ -91,6 +99,6 @@ def arrived(it: EventRun, run: Run) -> int:
         before = it.signs[e]
         it.signs[e] = sign_of(it.watch_later[e])
         reaches = it.watch_later[e] == 0.0 and it.watch[e] != 0.0 and (before == 1 or before == -1)
-        if reaches and just_crossed(it, e) == 0:
+        if (reaches or before * it.signs[e] == -1) and just_crossed(it, e) == 0:
             ends += crossed(it, run, e, -before)
     return 1 if ends > 0 else 0
