@@ -135,10 +135,8 @@ class _Shortened(Exception):
 class Way:
     """The method and options of runs from several initial states. "auto" may change the method during a run.
 
-    ``options`` are further arguments of `Integration`; ``jumping`` is True if an event may jump (`sided_way`).
+    ``options`` are further arguments of `Integration`.
     """
-
-    jumping = False
 
     def __init__(
         self, kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...native.records import Count, Kernel, Real, Record, Row, Whole, Wholes, address, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, address, record
 from ..ode.dense_output import Array
 
 IN_A_ROW = 64
@@ -123,3 +123,44 @@ def begin(s: SidedRun, parameters: Array, start: float, until: float, relative: 
     s.relative[:] = relative
     s.sense = 1.0 if until >= start else -1.0
     s.stuck, s.count, s.in_a_row, s.quick = -1, 0, IN_A_ROW, QUICK * abs(until - start)
+
+
+@record
+class SidedLoop(Record):
+    """A run in legs between the switches of its laws (`sided_loop`).
+
+    ``run``, ``inner``, ``sided``    memory of the whole run, of the steps of a leg, and of its laws
+    ``piece``, ``piece_room``        address of the loop of the method, and the number of steps between two looks at them
+    ``values``, ``values_c``         kernel of the functions of the user and of all e
+    ``events``, ``directions``, ``final``    number of these functions; direction in which each is asked for, and 1 if
+                                     it ends the run;  ``signs``, ``ways``, ``crossed_at``: its sign, and the sign and
+                                     time of its last event
+    ``ends``                         1 where such an event has ended the run
+    ``step``, ``longest_step``       length of equal steps; the longest step of the leg
+    ``steps``, ``begun``             number of steps and start of the leg
+    ``legs``, ``leg_rows``, ``leg_sides``    legs that begin in this piece, the row of the first state and the sides of each
+    """
+
+    run: Row
+    inner: Row
+    sided: Row
+    piece: Count
+    piece_room: Count
+    values: Kernel
+    values_c: Row
+    events: Count
+    directions: Annotated[Wholes, "events"]
+    final: Annotated[Wholes, "events"]
+    signs: Annotated[Wholes, "events"]
+    ways: Annotated[Wholes, "events"]
+    crossed_at: Annotated[Row, "events"]
+    seen: Annotated[Row, "watched"]
+    rates: Annotated[Row, "n"]
+    ends: Whole
+    step: Real
+    longest_step: Real
+    steps: Whole
+    begun: Real
+    legs: Whole
+    leg_rows: Wholes
+    leg_sides: Rows
