@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..events.code import code
 from ..events.event_run import EventRun
 from ..kernels.kernels import Kernels
 from ..kernels import sided_run
@@ -115,6 +116,7 @@ class ContactRun:
         steps.relative[:], steps.absolute[:] = relative, absolute
         if self.memory.laws is not None:
             sided_run.begin(self.memory.laws, self.parameters, problem.begin, problem.end, relative)
+            code("take_sides")(it)
         steps.stop_if_stiff = int(request.method == "auto")
         if kernels.model.switched:
             self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
