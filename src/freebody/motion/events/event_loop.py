@@ -302,6 +302,8 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
         k = it.ending[i]
         flies = phase.law[i] == laws.GAP and it.mode[k] == laws.OPEN and it.dead[k] == 0
         run.search.unjudged[it.events + i] = 0 if flies else 1
+    for k in range(it.laws):
+        run.search.unjudged[it.first_law + k] = SidedRun(it.sided).idle[k]
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t

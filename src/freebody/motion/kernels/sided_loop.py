@@ -97,7 +97,7 @@ def begin_leg(loop: SidedLoop) -> int:
     at = loop.legs
     loop.leg_rows[at] = run.accepted
     for k in range(s.laws):
-        loop.leg_sides[at, k] = s.sides[k]
+        loop.leg_sides[at, k], inner.search.unjudged[loop.events + k] = s.sides[k], s.idle[k]
     loop.legs += 1
     if inner.fixed != 0:  # a whole number of equal steps
         span = abs(inner.until - t)
