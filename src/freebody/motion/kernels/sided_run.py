@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, address, record
 from ..ode.dense_output import Array
@@ -115,7 +116,7 @@ def add_program(s: SidedRun, program: Any, constants: Array) -> None:
     s.programs += 1
 
 
-def begin(s: SidedRun, parameters: Array, start: float, until: float, relative: Array) -> None:
+def begin(s: SidedRun, parameters: Array, start: float, until: float, relative: ArrayLike) -> None:
     """Write the start of a run over the end of the last; all sides are unknown."""
     s.parameters[: len(parameters)] = parameters
     s.sides[:] = s.bands[:] = 0.0

@@ -29,7 +29,7 @@ from .sides import Sides, sides_of
 PIECE = 256
 """Greatest number of steps of a leg between two looks at them."""
 SPARE = 8
-"""Number of memories of finished runs that a way keeps."""
+"""Number of memories of finished runs that a machine keeps: one for each thread that asks for the same functions."""
 
 
 def way_of(
@@ -53,7 +53,6 @@ class SidedWay(Way):
         self, sides: Sides, parameters: Array, method: str, relative: Array, **options: Any
     ) -> None:  # fmt: skip
         self.sides, self.own, programs = sides, parameters, sides.kernels
-        self.spare: dict[str, list[Steps]] = {}
         with_sides = np.concatenate([parameters, np.zeros(len(sides.laws))])
         super().__init__(programs, with_sides, method, programs.rates(with_sides), relative, **options)
 
@@ -70,19 +69,14 @@ class SidedWay(Way):
 
     def begin(self, common: Integration, record: Run, start: float, until: float) -> Steps:
         """Return the steps of a run whose numbers are in a record."""
-        spare = self.spare.setdefault(common.method, [])
+        watch = common.watch
+        shape = common.method, () if watch is None else (watch.functions, watch.directions, watch.terminal)
         try:
-            steps = spare.pop()
-        except IndexError:  # none, or another thread took it
-            steps = Steps(self, common)
-        steps.begin(common, record, start, until)
+            steps = self.sides.spare[shape].pop()
+        except (KeyError, IndexError):  # none, or another thread took it
+            steps = Steps(self, common, shape)
+        steps.begin(self.own, common, record, start, until)
         return steps
-
-    def give_back(self, steps: Steps) -> None:
-        """Offer the memory of a finished run to the next."""
-        spare = self.spare[steps.method]
-        if len(spare) < SPARE:
-            spare.append(steps)
 
     def paths(
         self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike,
@@ -98,16 +92,18 @@ class SidedWay(Way):
             return [path]
         sense = 1.0 if path.end >= path.start else -1.0
         crossings, paths, done = list(path.crossings), list[Path](), 0
+        numbers = np.empty((len(legs), len(self.parameters)))
+        numbers[:, : len(self.own)] = self.own
         for k, (first, sides) in enumerate(legs):
             last = legs[k + 1][0] if k + 1 < len(legs) else path.steps
-            end, begun = path.times[last], done
+            end, begun, numbers[k, len(self.own) :] = path.times[last], done, sides
             if last == path.steps:
                 done = len(crossings)
             while done < len(crossings) and sense * (crossings[done].time - end) <= 0:
                 done += 1
             leg = object.__new__(Path)
             leg.__dict__.update(
-                path.__dict__, _recipe=(made_by, self.kernels, np.concatenate([self.own, sides]), path.method),
+                path.__dict__, _recipe=(made_by, self.kernels, numbers[k], path.method),
                 times=path.times[first : last + 1], lengths=path.lengths[first:last],
                 states=path.states[first : last + 1], crossings=tuple(crossings[begun:done]),
             )  # fmt: skip
@@ -125,12 +121,13 @@ class Steps:
     ``legs``    row of the first state, and the sides, of each leg so far
     """
 
-    def __init__(self, way: SidedWay, common: Integration) -> None:
-        self.way, self.method, sides, rates, watch = way, common.method, way.sides, common.rates, common.watch
+    def __init__(self, way: SidedWay, common: Integration, shape: Any) -> None:
+        self.shape, sides, rates, watch = shape, way.sides, common.rates, common.watch
+        self.spare = sides.spare
         n, laws, m = rates.size, len(sides.laws), 0 if watch is None else len(watch.directions)
         watched = Watch(0, (), ()) if watch is None else watch
         self.rates = replace(rates, constants=rates.constants.copy())
-        inner, own = memory(self.method, n, m + laws)
+        inner, own = memory(common.method, n, m + laws)
         equip(inner, own, self.rates)
         values = watched_program(way.kernels, watched.functions)
         constants = values.constants(way.parameters)
@@ -142,7 +139,7 @@ class Steps:
         loop = self.loop = SidedLoop.made(events=m, watched=m + laws, n=n, piece_room=PIECE)
         loop.values, loop.values_c = values.address("values"), constants
         loop.directions[:], loop.final[:] = watched.directions, watched.terminal
-        loop.piece = loops.functions(self.method).functions["piece"].address
+        loop.piece = loops.functions(common.method).functions["piece"].address
         loop.inner, loop.sided = inner.memory, self.laws.memory
         search, rows, logged = inner.search, PIECE + 1, PIECE + most_events(m + laws) + 1
         search.functions, search.c, search.guarded = code("watched").address, loop.memory, laws
@@ -156,9 +153,11 @@ class Steps:
         self.inner, self.room = inner, 0
         self.pieces = code("pieces")
 
-    def begin(self, common: Integration, record: Run, start: float, until: float) -> None:
+    def begin(
+        self, parameters: Array, common: Integration, record: Run, start: float, until: float
+    ) -> None:  # fmt: skip
         """Begin another run."""
-        sided_run.begin(self.laws, self.way.own, start, until, np.broadcast_to(common.relative, record.n))
+        sided_run.begin(self.laws, parameters, start, until, common.relative)
         self.record, self.taken, self.legs = record, 0, list[tuple[int, Array]]()
         self.loop.run, self.loop.ends, self.loop.step = record.memory, 0, common.step or 0.0
 
@@ -175,8 +174,12 @@ class Steps:
         return status
 
     def give_back(self) -> None:
-        """Offer this memory to the next run of its way."""
-        self.way.give_back(self)
+        """Offer this memory to the next run with the same functions."""
+        if self.shape not in self.spare and len(self.spare) >= SPARE:
+            self.spare.clear()
+        of_shape = self.spare.setdefault(self.shape, [])
+        if len(of_shape) < SPARE:
+            of_shape.append(self)
 
 
 _MODULES = tuple(sibling(__name__, name) for name in ("sided_loop", "switching"))

@@ -163,6 +163,7 @@ class Sides:
     def __init__(self, whole: Kernels) -> None:
         self.whole = whole
         self.kernels = SidedKernels(whole)
+        self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.laws: tuple[Law, ...] = ()
         self.program: Program = self.kernels.program("laws", self._functions, whole.model.n_u)
 
