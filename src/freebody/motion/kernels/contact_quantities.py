@@ -57,7 +57,7 @@ def asked_by(expressions: Sequence[Any]) -> Asked:
 
 def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
     """Return the program of functions of the user, whose state the quantities of contacts follow, and behind them of the
-    e of all laws that have sides.
+    e of all laws that have sides. Of functions that are the e of a law, `laws_watched` has its number.
     """
     asked, sided = asked_by(expressions), isinstance(kernels, SidedKernels)
     if not asked and not sided:
@@ -67,11 +67,17 @@ def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
         of, e = dict(zip(asked, numbers, strict=True)), list[Scalar]()
         if isinstance(state.field, SidedTape):  # what is observed switches by itself
             e, state = [law for _, law in state.field.sides.values()], unsided(state)
-        return {
-            "values": [
-                *(x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions),
-                *e,
-            ]
-        }
+        own = [x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions]
+        kernels.cache["laws watched", tuple(expressions)] = [
+            next((k for k, law in enumerate(e) if x is law or x is -law), -1) for x in own
+        ]
+        return {"values": [*own, *e]}
 
     return kernels.program(("watched", tuple(expressions)), functions, len(asked))
+
+
+def laws_watched(kernels: Kernels, expressions: Sequence[Any]) -> list[int]:
+    """Return for each function of a `watched_program` the law whose e it is, or -1."""
+    watched_program(kernels, expressions)
+    result: list[int] = kernels.cache.get(("laws watched", tuple(expressions)), [-1] * len(expressions))
+    return result

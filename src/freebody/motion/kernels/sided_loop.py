@@ -98,6 +98,8 @@ def begin_leg(loop: SidedLoop) -> int:
     loop.leg_rows[at] = run.accepted
     for k in range(s.laws):
         loop.leg_sides[at, k], inner.search.unjudged[loop.events + k] = s.sides[k], s.idle[k]
+    for e in range(loop.events):  # one of two functions with the same zeros is enough
+        inner.search.unjudged[e] = 1 - s.idle[loop.law_of[e]] if loop.law_of[e] >= 0 else 0
     loop.legs += 1
     if inner.fixed != 0:  # a whole number of equal steps
         span = abs(inner.until - t)

@@ -135,7 +135,7 @@ class SidedLoop(Record):
     ``values``, ``values_c``         kernel of the functions of the user and of all e
     ``events``, ``directions``, ``final``    number of these functions; direction in which each is asked for, and 1 if
                                      it ends the run;  ``signs``, ``ways``, ``crossed_at``: its sign, and the sign and
-                                     time of its last event
+                                     time of its last event;  ``law_of``: the law whose e it is, or -1
     ``ends``                         1 where such an event has ended the run
     ``step``, ``longest_step``       length of equal steps; the longest step of the leg
     ``steps``, ``begun``             number of steps and start of the leg
@@ -154,6 +154,7 @@ class SidedLoop(Record):
     final: Annotated[Wholes, "events"]
     signs: Annotated[Wholes, "events"]
     ways: Annotated[Wholes, "events"]
+    law_of: Annotated[Wholes, "events"]
     crossed_at: Annotated[Row, "events"]
     seen: Annotated[Row, "watched"]
     rates: Annotated[Row, "n"]

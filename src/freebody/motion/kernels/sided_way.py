@@ -20,7 +20,7 @@ from ..ode.integration import Halt, Integration
 from ..ode.layout import SINGLE_STEPS
 from ..ode.run import Run, equip, memory, most_events
 from . import sided_run
-from .contact_quantities import watched_program
+from .contact_quantities import laws_watched, watched_program
 from .kernels import Kernels
 from .methods import Way, made_by
 from .sided_run import SidedLoop, add_program
@@ -138,6 +138,7 @@ class Steps:
         add_program(self.laws, values, constants)
         loop = self.loop = SidedLoop.made(events=m, watched=m + laws, n=n, piece_room=PIECE)
         loop.values, loop.values_c = values.address("values"), constants
+        loop.law_of[:] = laws_watched(way.kernels, watched.functions)
         loop.directions[:], loop.final[:] = watched.directions, watched.terminal
         loop.piece = loops.functions(common.method).functions["piece"].address
         loop.inner, loop.sided = inner.memory, self.laws.memory
