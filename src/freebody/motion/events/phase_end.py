@@ -110,8 +110,6 @@ def reasons(it: EventRun, run: Run) -> int:
                 return TERMINAL
             if number >= it.asked and not it.first_law <= number < it.first_law + it.laws:
                 called = 1
-    if switch_laws(it, run) != 0:
-        clear_reasons(it, event_run.SWITCHED)
     if called != 0:
         clear_reasons(it, event_run.BLOW)
     for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end
@@ -123,6 +121,10 @@ def reasons(it: EventRun, run: Run) -> int:
                     set_reason(it, i, law)
                 if law == laws.GAP and it.followed > 0:
                     closes = 1
+    if it.laws > 0 and switch_laws(it, run) != 0:
+        for k in range(it.contacts):
+            if it.reason[k] == event_run.NO_REASON:
+                it.reason[k] = event_run.SWITCHED
     it.stage, it.halting = event_run.HALT, 0
     if called != 0:
         return event_run.STRUCK

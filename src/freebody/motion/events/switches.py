@@ -45,6 +45,7 @@ def settle_sides(it: EventRun) -> None:
         it.rates(it.t, it.y, it.phase, it.step)
         if settle(SidedRun(it.sided), it.t, it.y, it.step, it.near) != 0:
             take_sides(it)
+        show_sides(it)
 
 
 @compiled

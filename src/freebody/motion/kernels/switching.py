@@ -73,6 +73,7 @@ def judge(s: SidedRun, near: float, still: float) -> int:
         if side == 0.0:
             s.judging[k], s.bands[k] = HOLDS, greater(near, LEAST)
             if out != 0.0:
+                s.bands[k] = 0.0
                 set_side(s, k, 1.0 if out > 0.0 else -1.0, RESTED if turn == RESTED else ENTERED)
                 return OTHER_SIDES
         elif turn != HOLDS:
@@ -134,7 +135,9 @@ def settle(s: SidedRun, t: float, y: Reals, rates: Reals, near: float) -> int:
         else:
             renew(s)
             changed = 1
-    find_idle(s)
+    if find_idle(s) != 0:
+        renew(s)
+        changed = 1
     return changed
 
 
@@ -142,8 +145,8 @@ def settle(s: SidedRun, t: float, y: Reals, rates: Reals, near: float) -> int:
 
 
 @compiled
-def find_idle(s: SidedRun) -> None:
-    """Find the laws on whose sides neither the rates nor the e of other such laws depend.
+def find_idle(s: SidedRun) -> int:
+    """Find the laws on whose sides neither the rates nor the e of other such laws depend; return 1 if a side is another.
 
     A product with a factor that the sides make zero depends on that factor alone. A law that was idle and whose e is zero
     is to be judged.
@@ -172,11 +175,14 @@ def find_idle(s: SidedRun) -> None:
             if s.needed[s.side_nodes[k]] != 0:
                 s.needed[s.e_nodes[k]] = 1
                 found += 1
+    changed = 0
     for k in range(s.laws):
         now = 1 - s.needed[s.side_nodes[k]]
         if now == 0 and s.idle[k] != 0 and s.seen[3 * k] == 0.0:
             set_side(s, k, 0.0, HOLDS)
+            changed = 1
         s.idle[k] = now
+    return changed
 
 
 @compiled

@@ -364,16 +364,6 @@ class Phase:
             result, projection=program.address("projection"), projected=program.outputs("projection")
         )
 
-    def watching(self, expressions: Sequence[Any]) -> DataProgram:
-        """Function ``watched``: the user's expressions, then the functions that end the phase (:func:`endings`)."""
-
-        def make() -> DataProgram:
-            values = watched_program(self.scene.kernels, expressions) if expressions else None
-            count, asked = len(expressions) + len(self.scene.endings), asked_by(expressions)
-            return self.data({"watched": count}, values=values, count=len(expressions), asked=asked)
-
-        return cast(DataProgram, self._program(tuple(expressions), make))
-
     # -- data ------------------------------------------------------------------------------------
 
     def data(
