@@ -140,7 +140,9 @@ class Memory:
         run.required = count
         search.functions, search.c = self.program.address("watched"), self.phase
         search.guarded = self.endings
-        search.unjudged[count + self.scene.laws :] = 1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+        search.unjudged[count + self.scene.laws :] = (
+            1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+        )
         search.directions[:] = [*watched.directions, *[-1] * self.endings]
         search.terminal[:] = [*watched.terminal, *[1] * self.endings]
         logged = PIECE + most_events(m) + 1

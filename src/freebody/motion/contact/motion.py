@@ -39,9 +39,7 @@ def touching_motion(request: Request) -> Trajectory:
         return touching_motion_of(problem, between)[0]
 
 
-def touching_motion_of(
-    problem: Problem, between: Progress, sided: bool = True
-) -> tuple[Trajectory, History]:
+def touching_motion_of(problem: Problem, between: Progress, sided: bool = True) -> tuple[Trajectory, History]:
     """Return the motion of a problem, and its history; with ``sided`` it is located where laws of loads switch."""
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
     if request.impacts not in ORDERS:

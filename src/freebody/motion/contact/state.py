@@ -12,8 +12,8 @@ import numpy as np
 
 from ..events.code import code
 from ..events.event_run import EventRun
-from ..kernels.kernels import Kernels
 from ..kernels import sided_run
+from ..kernels.kernels import Kernels
 from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives

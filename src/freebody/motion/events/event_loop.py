@@ -9,11 +9,10 @@ halt       the last moment of a slip in space
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, run_by
+from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
-from ..kernels.sided_run import SidedRun
 from ..kernels.switching import IS_STUCK, OTHER_SIDES
-from ..ode.layout import FINISHED, RUNNING, STIFF, STUCK, TERMINAL
+from ..ode.layout import FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -22,7 +21,7 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import SAME, arrived, jumped, same, take_crossing
+from .jumps import arrived, jumped, same, take_crossing
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
@@ -30,8 +29,7 @@ from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
 from .speeds import beyond_cones, decided_by_speeds, end_of_phase, hold, keep_start, open_cones, slow_slips
-from .switches import judge_sides, settle_sides
-
+from .switches import judge_sides, leave_idle, settle_sides, stick
 
 
 @compiled
@@ -282,18 +280,6 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def stick(it: EventRun) -> int:
-    """End the run at the switch of a law that no side leads away, or where it is to end, if that is there."""
-    code: int = STUCK
-    if it.target - it.t <= SAME * greater(1.0, abs(it.t)):
-        code, it.t = FINISHED, it.target
-    it.first_row, it.blame = it.logged, SidedRun(it.sided).stuck
-    log_state(it, it.t, it.y, 0.0)
-    log_phase(it, code, 0, 0, 0, event_run.STEPS)
-    return code
-
-
-@compiled
 def begin_steps(it: EventRun, run: Run, end: float) -> None:
     """Begin the steps of a phase."""
     phase = PhaseData(it.phase)
@@ -302,8 +288,7 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
         k = it.ending[i]
         flies = phase.law[i] == laws.GAP and it.mode[k] == laws.OPEN and it.dead[k] == 0
         run.search.unjudged[it.events + i] = 0 if flies else 1
-    for k in range(it.laws):
-        run.search.unjudged[it.first_law + k] = SidedRun(it.sided).idle[k]
+    leave_idle(it, run)
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
@@ -331,7 +316,9 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     for e in range(run.events):
         number, way = search.log_numbers[e], search.log_signs[e]
         # the search may find a jump on both sides of a switch
-        if number < it.asked and not (it.ways[number] == way and same(search.log_times[e], it.crossed_at[number])):
+        if number < it.asked and not (
+            it.ways[number] == way and same(search.log_times[e], it.crossed_at[number])
+        ):
             take_crossing(it, search.log_times[e], number, way, search.log_states[e])
             it.signs[number] = way
     it.steps_left -= n

@@ -126,8 +126,8 @@ class EventRun(Record):
     ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
     ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
     ``followed``                  1 + number of the function that tells if patches keep their features, or 0
-    ``laws``, ``first_law``, ``sided``    laws that switch, the first one's number among these functions, and their memory
-                                  (`kernels.sided_run`)
+    ``laws``, ``first_law``       laws that switch, and the first one's number among these functions;  ``sided``: their
+                                  memory (`kernels.sided_run`)
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
     ``signs``, ``ways``, ``crossed_at``    sign of each, `UNSEEN` before it is known; sign and time of its last event

@@ -85,8 +85,8 @@ def arrived(it: EventRun, run: Run) -> int:
     """Log the functions that reach zero as a gap closes at the end of a phase, or jump over it where a law switches;
     return 1 if one ends the run, else 0.
 
-    A gap at round-off is zero there. All signs are those at the end. The search finds a jump up to the error of its dense
-    output only, which may be after the switch.
+    A gap at round-off is zero there. All signs are those at the end. The search finds a jump up to the error of its
+    dense output only, which may be after the switch.
     """
     ends, phase = 0, PhaseData(it.phase)
     if it.asked == 0:

@@ -6,12 +6,15 @@ zero but for round-off, and its law is at rest.
 
 from __future__ import annotations
 
-from ...native.instructions import compiled
+from ...native.instructions import compiled, greater
 from ..kernels.sided_run import SidedRun
 from ..kernels.switching import OTHER_SIDES, is_quiet, judge, look_back, renew, see, settle, switch
+from ..ode.layout import FINISHED, STUCK
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
-from .event_run import SMALL, EventRun
+from .event_run import SMALL, STEPS, EventRun
+from .jumps import SAME
+from .log import log_phase, log_state
 from .moment import largest
 
 
@@ -78,3 +81,22 @@ def switch_laws(it: EventRun, run: Run) -> int:
     if found > 0:
         take_sides(it)
     return found
+
+
+@compiled
+def leave_idle(it: EventRun, run: Run) -> None:
+    """Let the search for events leave laws that do not count."""
+    for k in range(it.laws):
+        run.search.unjudged[it.first_law + k] = SidedRun(it.sided).idle[k]
+
+
+@compiled
+def stick(it: EventRun) -> int:
+    """End the run at the switch of a law that no side leads away, or where it is to end, if that is there."""
+    code: int = STUCK
+    if it.target - it.t <= SAME * greater(1.0, abs(it.t)):
+        code, it.t = FINISHED, it.target
+    it.first_row, it.blame = it.logged, SidedRun(it.sided).stuck
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, code, 0, 0, 0, STEPS)
+    return code

@@ -56,8 +56,9 @@ def asked_by(expressions: Sequence[Any]) -> Asked:
 
 
 def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
-    """Return the program of functions of the user, whose state the quantities of contacts follow, and behind them of the
-    e of all laws that have sides. Of functions that are the e of a law, `laws_watched` has its number.
+    """Return the program of functions of the user, whose state the quantities of contacts follow.
+
+    Behind them stand the e of all laws that have sides. `laws_watched` says which functions are the e of a law.
     """
     asked, sided = asked_by(expressions), isinstance(kernels, SidedKernels)
     if not asked and not sided:

@@ -157,7 +157,7 @@ class Way:
 
     def _compared(
         self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
-    ) -> Callable[[float], None]:
+    ) -> Callable[[float], None] | None:
         """Return ``between`` for a run by series, with one check whether round-off shortens the steps.
 
         A driven or symmetric rotor turns many times in a step that its slow precession allows. The angle, and the

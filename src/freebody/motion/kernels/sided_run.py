@@ -1,6 +1,6 @@
-"""Memory of a run whose laws switch: their sides, and what decides where they go on (`switching`). It needs no compiler.
+"""Memory of a run whose laws switch: their sides, and what decides where they go on (`switching`).
 
-`sides` says what a law and its side are.
+It needs no compiler. `sides` says what a law and its side are.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class SidedRun(Record):
     ``parameters``           values of the parameters, then the ``sides``: 1, -1, or 0 of a law whose e stays zero
     ``bands``                how far an e may be beyond zero before its law switches: 0, or what counts as round-off
     ``e``, ``e_c``           kernel of (q, u, u'): e, ė and ë of every law (`sides.Sides`)
-    ``prologues``, ``places``    of each of the ``programs`` whose constants follow the sides: address of the function of
-                             the parameters, and of the constants
+    ``prologues``, ``places``    of each of the ``programs`` whose constants follow the sides: address of the function
+                             of the parameters, and of the constants
     ``jumps``, ``order``     of each law (`sides.Law`)
     ``idle``                 1 for each law on which the rates do not depend with the sides of the others
     ``judging``              what is to be judged of a side: `HOLDS` for none
@@ -44,9 +44,9 @@ class SidedRun(Record):
                              these;  ``in_a_row``, ``quick``: number and time of those that are too many
     ``relative``, ``noise``  tolerance of each component; change of each e that these allow
 
-    The trace of the rates (`sides.Flow`): ``code``, ``first`` and ``second`` of each of its ``nodes``; ``known``: 1 if it
-    follows from the sides, and its ``value``; nodes of the sides, of the e, and of the ``outputs``; ``needed``: 1 if these
-    depend on it.
+    The trace of the rates (`sides.Flow`): ``code``, ``first`` and ``second`` of each of its ``nodes``; ``known``: 1 if
+    it follows from the sides, and its ``value``; nodes of the sides, of the e, and of the ``outputs``; ``needed``: 1 if
+    these depend on it.
     """
 
     laws: Count
@@ -131,7 +131,7 @@ class SidedLoop(Record):
     """A run in legs between the switches of its laws (`sided_loop`).
 
     ``run``, ``inner``, ``sided``    memory of the whole run, of the steps of a leg, and of its laws
-    ``piece``, ``piece_room``        address of the loop of the method, and the number of steps between two looks at them
+    ``piece``, ``piece_room``        address of the loop of the method, and the number of steps between two looks
     ``values``, ``values_c``         kernel of the functions of the user and of all e
     ``events``, ``directions``, ``final``    number of these functions; direction in which each is asked for, and 1 if
                                      it ends the run;  ``signs``, ``ways``, ``crossed_at``: its sign, and the sign and
@@ -139,7 +139,8 @@ class SidedLoop(Record):
     ``ends``                         1 where such an event has ended the run
     ``step``, ``longest_step``       length of equal steps; the longest step of the leg
     ``steps``, ``begun``             number of steps and start of the leg
-    ``legs``, ``leg_rows``, ``leg_sides``    legs that begin in this piece, the row of the first state and the sides of each
+    ``legs``, ``leg_rows``, ``leg_sides``    legs that begin in this piece, and the row of the first state and the sides
+                                     of each
     """
 
     run: Row

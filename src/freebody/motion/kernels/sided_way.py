@@ -1,6 +1,7 @@
 """Runs of machines whose laws switch, in legs between the switches, in which the laws keep their sides (`sides`).
 
-The compiled loop switches (`sided_loop`). Its legs become paths of their own here, each with the constants of its sides.
+The compiled loop switches (`sided_loop`). Its legs become paths of their own here, each with the constants of its
+sides.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ def way_of(
     kernels: Kernels, parameters: Array, method: str, rates: Rates, relative: Array, **options: Any
 ) -> Way:
     """Return the way of runs of a machine, by legs where its laws switch."""
-    alone = method == "structure" or method in SINGLE_STEPS  # these end where their steps do, and nowhere else
+    alone = (
+        method == "structure" or method in SINGLE_STEPS
+    )  # these end where their steps do, and nowhere else
     sides = None if alone else sides_of(kernels)
     if sides is None:
         return Way(kernels, parameters, method, rates, relative, **options)
@@ -62,9 +65,10 @@ class SidedWay(Way):
         result.drive = self
         return result
 
-    def _compared(self, *arguments: Any) -> Callable[[float], None] | None:
+    def _compared(
+        self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
+    ) -> Callable[[float], None] | None:
         """Return ``between`` as it is: no other method is compared, which would not switch."""
-        between: Callable[[float], None] | None = arguments[-1]
         return between
 
     def begin(self, common: Integration, record: Run, start: float, until: float) -> Steps:

@@ -146,10 +146,10 @@ def settle(s: SidedRun, t: float, y: Reals, rates: Reals, near: float) -> int:
 
 @compiled
 def find_idle(s: SidedRun) -> int:
-    """Find the laws on whose sides neither the rates nor the e of other such laws depend; return 1 if a side is another.
+    """Find the laws on whose sides neither the rates nor the e of other such laws depend; return 1 if a side changes.
 
-    A product with a factor that the sides make zero depends on that factor alone. A law that was idle and whose e is zero
-    is to be judged.
+    A product with a factor that the sides make zero depends on that factor alone. A law that was idle and whose e is
+    zero is to be judged.
     """
     for k in range(s.laws):
         s.value[s.side_nodes[k]] = s.sides[k]

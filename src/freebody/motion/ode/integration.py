@@ -225,6 +225,7 @@ class _Run:
         self.bytes = record.memory.data.cast("B")
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
+        self.function: Any = None
         self.absolute_of: ArrayLike | None = None
         self.allowed = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
@@ -252,7 +253,8 @@ class _Run:
                 search.guarded = watch.guarded
                 self.required = self.m - watch.guarded
             self.relative[:] = common.relative
-            self.function = None if common.drive else loops.use(common.method, self.m > 0)
+            if common.drive is None:
+                self.function = loops.use(common.method, self.m > 0)
         if self.absolute_of is not absolute:
             self.absolute[:] = absolute
             unchanging = isinstance(absolute, np.ndarray) and not absolute.flags.writeable

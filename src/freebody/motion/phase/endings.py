@@ -118,8 +118,9 @@ def inputs_found(y: Reals, phase: PhaseData, size: float) -> None:
 
 @compiled
 def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to the functions of the user, then to those that end the phase as they fall through zero: of laws that
-    switch, of patches, and of contacts.
+    """Set ``out`` to the functions of the user, then to those that end the phase as they fall through zero.
+
+    These are those of laws that switch, of patches, and of contacts.
     """
     phase, size = PhaseData(c), 0.0
     if phase.expressions > 0 and phase.asked == 0:

@@ -426,9 +426,7 @@ class Source(NamedTuple):
         return cls(lambda name: functions()[name].address, candidates.program(), power, bearings)
 
 
-def phase_of(
-    kernels: Kernels, modes: Modes, active: tuple[int, ...], sides: tuple[float, ...] = ()
-) -> Phase:
+def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...], sides: tuple[float, ...] = ()) -> Phase:
     """Return a set of modes of a machine, with the sides of the laws that switch.
 
     Raises
