@@ -8,7 +8,7 @@ from ...native.loop import Function, made, sibling
 
 _MODULES = tuple(
     sibling(__name__, name)
-    for name in ("event_loop", "decision", "impulses", "jumps", "log", "moment", "setting", "switches")
+    for name in ("event_loop", "decision", "impulses", "jumps", "log", "moment", "setting")
 )
 _CALLED = (
     "go_on",
@@ -37,10 +37,10 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, impulses, jumps, log, moment, setting, switches
+    from . import decision, event_loop, impulses, jumps, log, moment, setting
 
     return {
         name: f
-        for module in (log, moment, jumps, impulses, decision, setting, switches, event_loop)
+        for module in (log, moment, jumps, impulses, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

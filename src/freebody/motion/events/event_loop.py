@@ -21,7 +21,16 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
-from .jumps import arrived, jumped, same, take_crossing
+from .jumps import (
+    arrived,
+    judge_sides,
+    jumped,
+    leave_idle,
+    same,
+    settle_sides,
+    stick,
+    take_crossing,
+)
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, reasons
@@ -29,7 +38,6 @@ from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
 from .speeds import beyond_cones, decided_by_speeds, end_of_phase, hold, keep_start, open_cones, slow_slips
-from .switches import judge_sides, leave_idle, settle_sides, stick
 
 
 @compiled

@@ -16,8 +16,8 @@ from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
+from .jumps import switch_laws
 from .moment import copy, largest, look
-from .switches import switch_laws
 
 TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
