@@ -112,7 +112,7 @@ class SidedWay(Way):
                 states=path.states[first : last + 1], crossings=tuple(crossings[begun:done]),
             )  # fmt: skip
             del leg.__dict__["rates"]
-            leg.legs = None
+            del leg.__dict__["legs"]
             if last < path.steps:
                 leg.status, leg.blame, leg.rejected, leg.evaluations, leg.stiff = End.RUNNING, 0, 0, 0, 0
             paths.append(leg)

@@ -136,7 +136,7 @@ class Path:
     absolute: ArrayLike | None = None
     stiff: int = 0
     step: Any = field(default=None, repr=False)
-    legs: Any = field(default=None, repr=False)
+    legs: ClassVar[Any] = None
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:

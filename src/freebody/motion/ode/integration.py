@@ -165,7 +165,7 @@ class Integration:
         if last is not None:
             path = replace(cut(path, last, status), blame=blame)
         if self.drive is not None:
-            path.legs = run.function.legs
+            path.__dict__["legs"] = run.function.legs
             run.function.give_back()
         run.give_back()
         return path
