@@ -135,7 +135,7 @@ class Flow:
     """
 
     def __init__(self, tape: SidedTape, outputs: Sequence[Scalar]) -> None:
-        sides, e = zip(*tape.sides.values(), strict=True)
+        sides, e = [side for side, _ in tape.sides.values()], [e for _, e in tape.sides.values()]
         used = sorted(tape.used([*outputs, *e, *sides]))
         place = {node: k for k, node in enumerate(used)}
         self.code = [tape.op[i] for i in used]
@@ -172,7 +172,7 @@ class Sides:
         """Return e of each law."""
         return tuple(law.text for law in self.laws)
 
-    def _functions(self, state: State, udot: Sequence[Scalar]) -> dict[str, list[Scalar]]:
+    def _functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
         """Return e, ė and, of a law of order 2, ë of every law; ``udot`` are the rates of the speeds."""
         model, tape = self.whole.model, state.field
         assert isinstance(tape, SidedTape)
