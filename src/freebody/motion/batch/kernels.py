@@ -104,7 +104,7 @@ def _recorded(
     events: Sequence[Expression | OfLimit], tangent: bool, series: bool, wide: bool,
 ) -> BatchProgram:  # fmt: skip
     model, sides = kernels.model, sides_of(kernels)
-    tape, state, parameters = (kernels if sides is None else sides.kernels()).recorded()
+    tape, state, parameters = (kernels if sides is None else sides.kernels).recorded()
     moving = motion(model, state, kernels.active)
     power = total_power(model, state, moving)
     laws: list[Scalar] = []

@@ -28,6 +28,7 @@ from .state import ContactRun
 
 WHY = {
     event_run.BLOW: "a blow",
+    event_run.SWITCHED: "a load that switched",
     event_run.CHANGED: "a change of a signal or controller",
     event_run.OTHER_FEATURES: "other corners and edges of the patch",
     event_run.RESULTANT: "its points turned with the load",
@@ -134,7 +135,9 @@ class History:
         scene, work = self.work.scene, self.work
         parameters = work.parameters if other is None else other
         own = scene.candidates.own
-        phase = scene.holding(modes, (*scene.kernels.active, *(own + i for i in marks[9 + 2 * E :])))
+        sides = tuple(map(float, marks[9 + 2 * E : 9 + 2 * E + scene.laws]))
+        active = (*scene.kernels.active, *(own + i for i in marks[9 + 2 * E + scene.laws :]))
+        phase = scene.holding(modes, active, sides)
         last, straight = first + rows, kind == event_run.STRAIGHT
         method = "radau" if kind == event_run.IMPLICIT else work.method
         path = object.__new__(Leap if straight else Path)

@@ -14,6 +14,7 @@ from ..cones.contacts import contacts_room
 from ..events.code import code
 from ..events.event_run import PIECE, EventRun, event_run
 from ..kernels.kernels import Kernels
+from ..kernels.sided_run import SidedRun, add_program, sided_run
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import Run, equip, memory, most_events
@@ -54,6 +55,7 @@ class Memory:
 
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
     ``other``      implicit steps, or explicit ones while these are in use; None until they are needed
+    ``laws``       laws that switch, or None
     ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
     ``parameters``    values of the parameters, with the angles of disks that lie flat
     """
@@ -69,6 +71,7 @@ class Memory:
         if patches is not None:
             patches.it.mode = self.it.mode
         self.make_room(scene.rows if scene.rows <= AT_ONCE else AT_ONCE // 4)
+        self.laws: SidedRun | None = None
         self.bits, self.images = b"", list[tuple[Array, Array]]()
 
     def make_room(self, rows: int) -> None:
@@ -97,6 +100,14 @@ class Memory:
         it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
         it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
         it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
+        it.laws, it.first_law = scene.laws, len(expressions)
+        if scene.sides is not None:
+            self.laws = sided_run(scene.sides, it.n_y, 2 * len(self.program.programs))
+            for program, constants in ((scene.program, self.looking), (self.program, self.phase)):
+                for name, one in program.programs.items():
+                    place, _, (size,) = program.data.placed[f"{name}_c"]
+                    add_program(self.laws, one, constants[place : place + size])
+            it.sided = self.laws.memory
         return phase
 
     def prepare(self, parameters: Array, watched: Watched) -> None:
@@ -106,11 +117,11 @@ class Memory:
         self.kept = phase.rates_of(self.program, self.phase)
         self.watching, count = watched, len(watched.expressions)
         stops = 0 if self.patches is None else self.patches.functions_count
-        self.endings = stops + len(scene.endings)
+        self.endings = scene.laws + stops + len(scene.endings)
         self.steps, self.other = self._steps(watched.method), None
         logged = len(self.steps.search.log_times)
         it.moving = scene.candidates.moving
-        it.followed = count + stops if stops else 0
+        it.followed = count + scene.laws + stops if stops else 0
         it.asked, it.crossed = watched.asked, logged if watched.asked else 0
         it.piece = _piece(watched.method)
         it.final = np.array([*watched.terminal, 0], dtype=np.int64)
@@ -133,7 +144,9 @@ class Memory:
         run.required = count
         search.functions, search.c = self.program.address("watched"), self.phase
         search.guarded = self.endings
-        search.unjudged[count:] = 1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+        search.unjudged[count + self.scene.laws :] = (
+            1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+        )
         search.directions[:] = [*watched.directions, *[-1] * self.endings]
         search.terminal[:] = [*watched.terminal, *[1] * self.endings]
         logged = PIECE + most_events(m) + 1
@@ -172,7 +185,9 @@ class Memory:
             self._keep()
 
     def _keep(self) -> None:
-        blocks = (self.it.memory, self.steps.memory, self.looking, self.phase, self.energy, self.parameters)
+        blocks = [self.it.memory, self.steps.memory, self.looking, self.phase, self.energy, self.parameters]
+        if self.laws is not None:
+            blocks += [self.laws.memory, self.laws.arrays["e_c"]]
         self.images = [(block, block.copy()) for block in blocks]
 
     def give_back(self, key: Watched) -> None:
@@ -189,8 +204,12 @@ class Memory:
         """Write other values of the parameters."""
         energy = self.kernels.motion()
         self.parameters[:] = parameters
-        self.scene.program.set_parameters(self.looking, parameters)
         self.energy[:] = energy.constants(parameters)
+        if self.laws is not None:
+            self.laws.parameters[: len(parameters)] = parameters
+            code("take_sides")(self.it)
+            return
+        self.scene.program.set_parameters(self.looking, parameters)
         self.program.set_parameters(self.phase, parameters)
 
     def fit_entry(self) -> None:

@@ -39,8 +39,8 @@ def touching_motion(request: Request) -> Trajectory:
         return touching_motion_of(problem, between)[0]
 
 
-def touching_motion_of(problem: Problem, between: Progress) -> tuple[Trajectory, History]:
-    """Return the motion of a problem, and its history."""
+def touching_motion_of(problem: Problem, between: Progress, sided: bool = True) -> tuple[Trajectory, History]:
+    """Return the motion of a problem, and its history; with ``sided`` it is located where laws of loads switch."""
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
     if request.impacts not in ORDERS:
         raise SimulationError(
@@ -60,7 +60,7 @@ def touching_motion_of(problem: Problem, between: Progress) -> tuple[Trajectory,
     n = model.n_q + model.n_u
     relative = np.concatenate([p.tolerances[:n], [p.tolerances[:n].max(initial=1e-12)] * 2])
     absolute = relative.copy()
-    work = ContactRun.of(p, relative, absolute, timed, called)
+    work = ContactRun.of(p, relative, absolute, timed, called, sided)
     try:
         status = run(work, p.state[:n], p.begin, p.end, between)
     except SimulationError as error:

@@ -314,6 +314,11 @@ class Watching:
         """The program itself, which has a number of constants as compiled ones have."""
         return self
 
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return len(self.patches.model.parameters)
+
     def address(self, name: str) -> int:
         """Address of the kernel."""
         return int(self.patches.functions[name].address)

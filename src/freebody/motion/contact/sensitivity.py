@@ -111,7 +111,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     )
     slopes, variation = Slopes(kernels, unknowns, numbers), Variation(kernels, unknowns)
     with problem.progress() as between:
-        trajectory, history = touching_motion_of(problem, between)
+        trajectory, history = touching_motion_of(problem, between, sided=False)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
         tips = tips_at(history)

@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from ..events.code import code
 from ..events.event_run import EventRun
+from ..kernels import sided_run
 from ..kernels.kernels import Kernels
+from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
 from ..ode.dense_output import Array, outputs_at
@@ -56,10 +59,14 @@ class ContactRun:
         values: Mapping[str, float],
         scene: Scene | None = None,
         watched: Watched | None = None,
+        sided: bool = False,
     ) -> None:
-        """Make a run ready to go with the functions that it watches, or, without any, for the modes of a state."""
+        """Make a run ready to go with the functions that it watches, or, without any, for the modes of a state.
+
+        With ``sided`` laws of loads that switch have sides.
+        """
         self.kernels, self.values, self.model = kernels, values, kernels.model
-        self.scene = scene_of(kernels) if scene is None else scene
+        self.scene = scene_of(sided_kernels(kernels) if sided else kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
         self._begun = values
         self.names = [c.name for c in self.model.contacts]
@@ -84,6 +91,7 @@ class ContactRun:
         absolute: Array,
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
+        sided: bool = True,
     ) -> ContactRun:
         """Return the run of a problem, with blows at given times and those that events call for."""
         request, kernels = problem.request, problem.kernels
@@ -96,7 +104,7 @@ class ContactRun:
             tuple(spec.terminal for spec in specs),
             len(problem.specs),
         )
-        self = cls(kernels, problem.numbers, watched=watched)
+        self = cls(kernels, problem.numbers, watched=watched, sided=sided and not kernels.model.patches)
         self.specs, self.asked, self.method = specs, watched.asked, watched.method
         self.shared = request.indeterminate == "compliance"
         self.blows, self.called = list(blows), tuple(called)
@@ -106,6 +114,9 @@ class ContactRun:
         it.refuse, it.sequential = not self.shared, request.impacts == "sequential"
         it.longest, it.steps_left = request.longest_step, problem.most_steps
         steps.relative[:], steps.absolute[:] = relative, absolute
+        if self.memory.laws is not None:
+            sided_run.begin(self.memory.laws, self.parameters, problem.begin, problem.end, relative)
+            code("take_sides")(it)
         steps.stop_if_stiff = int(request.method == "auto")
         if kernels.model.switched:
             self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)

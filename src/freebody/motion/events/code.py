@@ -28,6 +28,7 @@ _CALLED = (
     "take_first",
     "depth",
     "parted",
+    "take_sides",
 )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
+from ..kernels.switching import IS_STUCK, OTHER_SIDES
 from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
@@ -20,9 +21,19 @@ from .bounces import end_rest, limited
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
+from .jumps import (
+    arrived,
+    judge_sides,
+    jumped,
+    leave_idle,
+    same,
+    settle_sides,
+    stick,
+    take_crossing,
+)
 from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
-from .phase_end import arrived, clear_reasons, creeps, depth, is_slow, jumped, parted, reasons, take_crossing
+from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
@@ -171,6 +182,10 @@ def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes, again where contacts at rest at the end of their side begin to leave it."""
     if it.rings > 0 and it.hit == 0:
         follow_load(it)
+    settle_sides(it)
+    if it.stale != 0:
+        look(it)
+        it.stale = 0
     choose_all(it)
     copy_wholes(it.mode, it.before, it.contacts)
     it.stage = event_run.SET_UP
@@ -258,6 +273,13 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
     elif not end > it.t:
         end_rest(it)
         return RUNNING
+    if it.laws > 0 and it.resting == 0:
+        why = judge_sides(it)
+        if why == OTHER_SIDES:
+            it.stage = event_run.DECIDE
+            return RUNNING
+        if why == IS_STUCK:
+            return stick(it)
     if it.followed > 0:
         it.watched(it.t, it.y, it.phase, it.watch)
         if it.watch[it.followed - 1] < 0.0:  # a tie of features: the correction has decided it
@@ -284,6 +306,7 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
         k = it.ending[i]
         flies = phase.law[i] == laws.GAP and it.mode[k] == laws.OPEN and it.dead[k] == 0
         run.search.unjudged[it.events + i] = 0 if flies else 1
+    leave_idle(it, run)
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
@@ -310,7 +333,10 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         log_state(it, run.times[i], run.times[2 * n + 1 + i * n_y :], run.times[n + 1 + i])
     for e in range(run.events):
         number, way = search.log_numbers[e], search.log_signs[e]
-        if number < it.asked:
+        # the search may find a jump on both sides of a switch
+        if number < it.asked and not (
+            it.ways[number] == way and same(search.log_times[e], it.crossed_at[number])
+        ):
             take_crossing(it, search.log_times[e], number, way, search.log_states[e])
             it.signs[number] = way
     it.steps_left -= n

@@ -111,8 +111,8 @@ UNSEEN = 2
 # Why a mode began.
 (
     NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
-    BOUNCES_END, CHANGED, OTHER_FEATURES, RESULTANT, TIPS,
-) = range(14)  # fmt: skip
+    BOUNCES_END, CHANGED, OTHER_FEATURES, RESULTANT, TIPS, SWITCHED,
+) = range(15)  # fmt: skip
 
 # Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
 SERIES, QUIET, SLOWED = range(3)
@@ -131,6 +131,8 @@ class EventRun(Record):
     ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
     ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
     ``followed``                  1 + number of the function that tells if patches keep their features, or 0
+    ``laws``, ``first_law``       laws that switch, and the first one's number among these functions;  ``sided``: their
+                                  memory (`kernels.sided_run`)
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
     ``signs``, ``ways``, ``crossed_at``    sign of each, `UNSEEN` before it is known; sign and time of its last event
@@ -198,6 +200,9 @@ class EventRun(Record):
     events: Count
     asked: Count
     followed: Count
+    laws: Count
+    first_law: Count
+    sided: Row
     piece: Count
     finding: Count
     colliding: Count

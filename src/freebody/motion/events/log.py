@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, inlined
 from ..phase.laws import LIMIT, STICK
+from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .moment import copy
@@ -16,7 +17,7 @@ from .moment import copy
 @compiled
 def room_for_event(it: EventRun) -> int:
     """Return 1 if the log has room for what one stage of the loop may add, else 0."""
-    marks = 4 * (16 + 4 * it.contacts + it.rows) + 8 * it.crossed
+    marks = 4 * (16 + 4 * it.contacts + it.rows + it.laws) + 8 * it.crossed
     numbers = 4 * (16 + 4 * it.n_y + 4 * it.contacts + 4 * it.rows + 2 * it.rings) + (it.n_y + 1) * it.crossed
     fits = it.marked + marks <= it.marks_room and it.numbered + numbers <= it.numbers_room
     return 1 if fits and it.logged + 4 <= it.path_room else 0
@@ -69,9 +70,9 @@ def log_state(it: EventRun, t: float, y: Reals, length: float) -> None:
 @compiled
 def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: int, kind: int) -> None:
     """Log a phase whose rows of the path begin at ``first_row``: how it ended, of which ``kind`` its steps are (`STEPS`
-    and its kin), its modes and its conditions.
+    and its kin), its modes, the sides of laws that switch, and its conditions.
     """
-    at = begin(it, event_run.PHASE)
+    at, phase = begin(it, event_run.PHASE), PhaseData(it.phase)
     mark(it, it.first_row)
     mark(it, it.logged - it.first_row)
     mark(it, status)
@@ -89,6 +90,8 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
             note(it, it.way[k, 1])
     for k in range(it.contacts):
         mark(it, it.shown[k] + event_run.DEAD * it.dead[k])
+    for k in range(it.laws):
+        mark(it, 0 if phase.sides[k] == 0.0 else (1 if phase.sides[k] > 0.0 else -1))
     for i in range(it.actives):
         mark(it, it.active[i])
     for i in range(it.rings):

@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, lesser, root
+from ...native.instructions import compiled, lesser, root
 from ..ode.layout import RUNNING, TERMINAL
 from ..ode.run import Newton, Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .log import log_crossing
+from .jumps import switch_laws
 from .moment import copy, largest, look
 
 TURNS = 8
@@ -135,7 +135,7 @@ def reasons(it: EventRun, run: Run) -> int:
         if number < it.events and search.log_times[e] == it.t:
             if number < it.asked and it.final[number] != 0:
                 return TERMINAL
-            if number >= it.asked:
+            if number >= it.asked and not it.first_law <= number < it.first_law + it.laws:
                 called = 1
     if called != 0:
         clear_reasons(it, event_run.BLOW)
@@ -148,6 +148,10 @@ def reasons(it: EventRun, run: Run) -> int:
                     set_reason(it, i, law)
                 if law == laws.GAP and it.followed > 0:
                     closes = 1
+    if it.laws > 0 and switch_laws(it, run) != 0:
+        for k in range(it.contacts):
+            if it.reason[k] == event_run.NO_REASON:
+                it.reason[k] = event_run.SWITCHED
     it.stage, it.halting = event_run.HALT, 0
     if called != 0:
         return event_run.STRUCK
@@ -192,80 +196,3 @@ def clear_reasons(it: EventRun, reason: int) -> None:
 
 
 # -- events of the user ----------------------------------------------------------------------------------
-
-
-@compiled
-def forget_signs(it: EventRun) -> None:
-    """Know no signs and no events, as at the start of a run."""
-    for e in range(it.asked):
-        it.signs[e], it.ways[e], it.crossed_at[e] = event_run.UNSEEN, 0, -math.inf
-
-
-@compiled
-def sign_of(x: float) -> int:
-    """Return 1, -1, or 0 for zero and for what is no number."""
-    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)
-
-
-@compiled
-def take_crossing(it: EventRun, t: float, e: int, way: int, y: Reals) -> None:
-    """Log an event of a function at t, as its last one."""
-    log_crossing(it, t, e, way, y)
-    it.ways[e], it.crossed_at[e] = way, t
-
-
-@compiled
-def crossed(it: EventRun, run: Run, e: int, way: int) -> int:
-    """Log an event now if its direction is asked for; return 1 if it ends the run, else 0."""
-    asked = run.search.directions[e]
-    if asked != 0 and asked != way:
-        return 0
-    take_crossing(it, it.t, e, way, it.y)
-    return 1 if it.final[e] != 0 else 0
-
-
-@compiled
-def just_crossed(it: EventRun, e: int) -> int:
-    """Return 1 if a function has had its event now, else 0."""
-    return 1 if abs(it.t - it.crossed_at[e]) <= SAME * greater(1.0, abs(it.t)) else 0
-
-
-@compiled
-def jumped(it: EventRun, run: Run) -> int:
-    """Log the functions whose signs changed since the end of the last phase; return 1 if one ends the run, else 0."""
-    ends = 0
-    if it.asked > 0:
-        it.watched(it.t, it.y, it.phase, it.watch)
-    for e in range(it.asked):
-        now, before = sign_of(it.watch[e]), it.signs[e]
-        it.signs[e] = now
-        if before == event_run.UNSEEN or now == before:
-            continue
-        if now == 0 and just_crossed(it, e) != 0:
-            continue
-        if before == 0 and now == it.ways[e]:  # it passes
-            continue
-        ends += crossed(it, run, e, now if now != 0 else -before)
-    return 1 if ends > 0 else 0
-
-
-@compiled
-def arrived(it: EventRun, run: Run) -> int:
-    """Log the functions that reach zero as a gap closes at the end of a phase; return 1 if one ends the run, else 0.
-
-    A gap at round-off is zero there. All signs are those at the end.
-    """
-    ends, phase = 0, PhaseData(it.phase)
-    if it.asked == 0:
-        return 0
-    it.watched(it.t, it.y, it.phase, it.watch)
-    phase.near = it.near
-    it.watched(it.t, it.y, it.phase, it.watch_later)
-    phase.near = 0.0
-    for e in range(it.asked):
-        before = it.signs[e]
-        it.signs[e] = sign_of(it.watch_later[e])
-        reaches = it.watch_later[e] == 0.0 and it.watch[e] != 0.0 and (before == 1 or before == -1)
-        if reaches and just_crossed(it, e) == 0:
-            ends += crossed(it, run, e, -before)
-    return 1 if ends > 0 else 0

@@ -20,6 +20,7 @@ from . import event_run
 from .decision import decide
 from .event_run import EventRun
 from .impulses import gather
+from .jumps import forget_signs
 from .moment import (
     approaches,
     choose_all,
@@ -31,7 +32,6 @@ from .moment import (
     size_of,
     slip_speed,
 )
-from .phase_end import forget_signs
 from .setting import leaves_rest, normalise
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 

@@ -217,8 +217,7 @@ def _signs(path: Any) -> list[float]:
         return list(map(float, numbers[len(source.kernels.model.parameters) :]))
     if not isinstance(source, SidedKernels):
         return []
-    signs = map(float, numbers[len(source.model.parameters) :])
-    return [0.0 if k in source.free else sign for k, sign in enumerate(signs)]
+    return list(map(float, numbers[len(source.model.parameters) :]))
 
 
 def _bytes(text: str) -> Any:

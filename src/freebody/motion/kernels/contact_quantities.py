@@ -14,6 +14,7 @@ from ...dynamics import State
 from ...scalar.algebra import Scalar
 from .kernels import Kernels
 from .program import Program
+from .sides import SidedKernels, SidedTape, unsided
 from .switches import value_of
 
 NAMES = ("gap", "approach", "normal", "tangential", "slip", "margin")
@@ -55,17 +56,29 @@ def asked_by(expressions: Sequence[Any]) -> Asked:
 
 
 def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
-    """Return the program of functions of the user, whose state the quantities of contacts follow."""
-    asked = asked_by(expressions)
-    if not asked:
+    """Return the program of functions of the user, whose state the quantities of contacts follow.
+
+    Behind them stand the e of all laws that have sides. `laws_watched` says which functions are the e of a law.
+    """
+    asked, sided = asked_by(expressions), isinstance(kernels, SidedKernels)
+    if not asked and not sided:
         return kernels.expressions(expressions)
 
-    def functions(state: Any, numbers: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-        of = dict(zip(asked, numbers, strict=True))
-        return {
-            "values": [
-                x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions
-            ]
-        }
+    def functions(state: Any, numbers: Sequence[Any] = ()) -> Mapping[str, Sequence[Any]]:
+        of, e = dict(zip(asked, numbers, strict=True)), list[Scalar]()
+        if isinstance(state.field, SidedTape):  # what is observed switches by itself
+            e, state = [law for _, law in state.field.sides.values()], unsided(state)
+        own = [x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions]
+        kernels.cache["laws watched", tuple(expressions)] = [
+            next((k for k, law in enumerate(e) if x is law or x is -law), -1) for x in own
+        ]
+        return {"values": [*own, *e]}
 
     return kernels.program(("watched", tuple(expressions)), functions, len(asked))
+
+
+def laws_watched(kernels: Kernels, expressions: Sequence[Any]) -> list[int]:
+    """Return for each function of a `watched_program` the law whose e it is, or -1."""
+    watched_program(kernels, expressions)
+    result: list[int] = kernels.cache.get(("laws watched", tuple(expressions)), [-1] * len(expressions))
+    return result

@@ -135,10 +135,8 @@ class _Shortened(Exception):
 class Way:
     """The method and options of runs from several initial states. "auto" may change the method during a run.
 
-    ``options`` are further arguments of `Integration`; ``jumping`` is True if an event may jump (`sided_way`).
+    ``options`` are further arguments of `Integration`.
     """
-
-    jumping = False
 
     def __init__(
         self, kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates,
@@ -159,7 +157,7 @@ class Way:
 
     def _compared(
         self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
-    ) -> Callable[[float], None]:
+    ) -> Callable[[float], None] | None:
         """Return ``between`` for a run by series, with one check whether round-off shortens the steps.
 
         A driven or symmetric rotor turns many times in a step that its slow precession allows. The angle, and the

@@ -8,8 +8,7 @@ and no bend, and an e that dips through zero within one long step is found as an
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,10 +19,9 @@ from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import HALF, Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG, SUB, Tape, Traced
-from ..ode.dense_output import Array, Watch, observe, outputs_at
+from ..ode.dense_output import Array, outputs_at
 from .kernels import Kernels
 from .program import Program
-from .switches import value_of
 
 BENDING = ("abs", "min", "max")
 """Functions that bend where their e is zero, and do not jump."""
@@ -35,13 +33,12 @@ class SidedTape(Tape):
 
     ``sides``    input and e of each law, in the order in which they came, by the node of e
     ``jumps``    numbers of the laws that are the sign of their e somewhere
-    ``free``     numbers of laws that are left as they are
     ``closed``   True if no further law gets an input
     """
 
-    def __init__(self, bends: bool = False, free: Iterable[int] = ()) -> None:
+    def __init__(self, bends: bool = False) -> None:
         super().__init__()
-        self.bends, self.free = bends, frozenset(free)
+        self.bends = bends
         self.sided = self.closed = False
         self.sides: dict[int, tuple[Traced, Traced]] = {}
         self.jumps: set[int] = set()
@@ -74,10 +71,9 @@ class SidedTape(Tape):
             if self.closed:
                 return None
             self.sides[e.index] = self.input(f"side {len(self.sides)}"), e
-        number = list(self.sides).index(e.index)
         if function == "sign":
-            self.jumps.add(number)
-        return None if number in self.free else self.sides[e.index][0]
+            self.jumps.add(list(self.sides).index(e.index))
+        return self.sides[e.index][0]
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,7 @@ class Law:
 
     ``text``     e
     ``jumps``    True if it is a sign of e somewhere; else it only bends
-    ``order``    1 if ė depends on its side, as for a speed; else 2
+    ``order``    1 if ė depends on rates of speeds; else 2
     """
 
     text: str
@@ -95,18 +91,18 @@ class Law:
 
 
 class SidedKernels(Kernels):
-    """Programs of a model whose laws that switch have sides, behind the parameters; those in ``free`` have none."""
+    """Programs of a model whose laws that switch have sides, behind the parameters."""
 
-    def __init__(self, whole: Kernels, free: frozenset[int] = frozenset()) -> None:
+    def __init__(self, whole: Kernels) -> None:
         super().__init__(whole.model, whole.active)
-        self.whole, self.free = whole, free
+        self.whole = whole
 
     def __reduce__(self) -> Any:
-        return _restored, (self.whole, self.free)
+        return _restored, (self.whole,)
 
     def recorded(self) -> tuple[Tape, State, list[Scalar]]:
         """Return a tape on which the rates are recorded, the state, and the parameters with the sides behind them."""
-        tape = SidedTape(True, self.free)
+        tape = SidedTape(True)
         state = traced_state(self.model, tape)
         tape.sided = True
         moving = motion(self.model, state, self.active)
@@ -114,28 +110,6 @@ class SidedKernels(Kernels):
         tape.closed = True
         parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
         return tape, state, [*parameters, *(side for side, _ in tape.sides.values())]
-
-    def watched(self, watch: Watch | None, parameters: Array, count: int, stops: Sequence[bool]) -> Watch:
-        """Return the events of a run, in both directions, and behind them the e of all laws; the run stops where
-        ``stops`` say.
-
-        ``parameters`` are followed by the sides of the ``count`` laws.
-        """
-        events = () if watch is None else watch.functions
-        program = self.program(("watched", events), lambda state: {"values": _watched(state, events)})
-        terminal = () if watch is None else watch.terminal
-        return Watch(
-            program.address("values"), (0,) * (len(terminal) + count), (*terminal, *stops),
-            program.constants(parameters), program, guarded=count,
-        )  # fmt: skip
-
-
-def _watched(state: State, events: Sequence[Any]) -> list[Scalar]:
-    """Return events, whose own signs have no sides, and the e of all laws."""
-    tape = state.field
-    assert isinstance(tape, SidedTape)
-    plain = unsided(state)
-    return [*(value_of(plain, x) for x in events), *(e for _, e in tape.sides.values())]
 
 
 def unsided(state: State) -> State:
@@ -146,64 +120,38 @@ def unsided(state: State) -> State:
     return traced_state(state.model, tape)
 
 
-def _restored(whole: Kernels, free: frozenset[int]) -> Kernels:
+def _restored(whole: Kernels) -> Kernels:
     sides = sides_of(whole)
     assert sides is not None
-    return sides.kernels(free)
+    return sides.kernels
 
 
 class Flow:
-    """How the rates depend on sides: a product with a factor that the sides make zero depends on that factor alone."""
+    """How the rates depend on sides, as rows for `switching.find_idle`: nodes of the trace, in their order.
+
+    ``code``, ``first``, ``second``    operation and operands of each node
+    ``known``, ``value``    1 if it follows from the sides alone, and the value of a constant
+    ``inputs``, ``switching``, ``outputs``    nodes of the sides, of the e of the laws, and of the rates
+    """
 
     def __init__(self, tape: SidedTape, outputs: Sequence[Scalar]) -> None:
-        self.inputs = [side.index for side, _ in tape.sides.values()]
-        self.switching = [e.index for _, e in tape.sides.values()]
-        self.outputs = [x.index for x in outputs if isinstance(x, Traced)]
-        used = tape.used([*outputs, *(e for _, e in tape.sides.values())])
-        self.nodes = [(i, tape.op[i], tape.a[i], tape.b[i]) for i in used]
-        self.fixed = {i: tape.scalar(i) for i in used if tape.op[i] == CONST}
-        of_sides = {*self.inputs, *self.fixed}
-        self.of_sides = []
-        for node, code, a, b in self.nodes:
-            if code in KNOWN and a in of_sides and (b < 0 or b in of_sides):
-                of_sides.add(node)
-                self.of_sides.append((node, KNOWN[code], a, b))
-
-    def counting(self, sides: Array) -> frozenset[int]:
-        """Return the numbers of the sides on which the outputs depend, and the e of these laws."""
-        values = {**self.fixed, **dict(zip(self.inputs, sides.tolist(), strict=True))}
-        for i, function, a, b in self.of_sides:
-            values[i] = function(values[a]) if b < 0 else function(values[a], values[b])
-        found: frozenset[int] = frozenset()
-        while True:
-            needed = {*self.outputs, *(self.switching[k] for k in found)}
-            self._need(needed, values)
-            now = frozenset(k for k, i in enumerate(self.inputs) if i in needed)
-            if now == found:
-                return found
-            found = now
-
-    def _need(self, needed: set[int], values: dict[int, Any]) -> None:
-        """Add the nodes on which needed ones depend."""
-        for i, code, a, b in reversed(self.nodes):
-            if i not in needed or code <= INPUT:
-                continue
-            if code == MUL and values.get(a) == 0 and values.get(b) != 0:
-                needed.add(a)
-            elif code == MUL and values.get(b) == 0 and values.get(a) != 0:
-                needed.add(b)
-            else:
-                needed.add(a)
-                if b >= 0:
-                    needed.add(b)
-
-
-KNOWN: dict[int, Callable[..., Any]] = {
-    ADD: operator.add,
-    SUB: operator.sub,
-    MUL: operator.mul,
-    NEG: operator.neg,
-}
+        sides, e = [side for side, _ in tape.sides.values()], [e for _, e in tape.sides.values()]
+        used = sorted(tape.used([*outputs, *e, *sides]))
+        place = {node: k for k, node in enumerate(used)}
+        self.code = [tape.op[i] for i in used]
+        operands = [code if code > INPUT else -1 for code in self.code]
+        self.first = [place[tape.a[i]] if one >= 0 else 0 for i, one in zip(used, operands, strict=True)]
+        self.second = [
+            place[tape.b[i]] if one >= 0 and tape.b[i] >= 0 else first
+            for i, one, first in zip(used, operands, self.first, strict=True)
+        ]
+        self.value = [float(tape.scalar(i)) if tape.op[i] == CONST else 0.0 for i in used]
+        self.inputs, self.switching = ([place[x.index] for x in nodes] for nodes in (sides, e))
+        self.outputs = sorted({place[x.index] for x in outputs if isinstance(x, Traced)})
+        self.known = [int(code == CONST or k in self.inputs) for k, code in enumerate(self.code)]
+        for k, code in enumerate(self.code):
+            if code in (ADD, SUB, MUL, NEG):
+                self.known[k] = self.known[self.first[k]] & self.known[self.second[k]]
 
 
 class Sides:
@@ -214,38 +162,29 @@ class Sides:
 
     def __init__(self, whole: Kernels) -> None:
         self.whole = whole
-        self._kernels: dict[frozenset[int], SidedKernels] = {}
-        self._counting: dict[bytes, frozenset[int]] = {}
-        self._last: tuple[bytes, Array] | None = None
+        self.kernels = SidedKernels(whole)
+        self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.laws: tuple[Law, ...] = ()
-        self.program: Program = self.kernels().program("laws", self._functions)
+        self.program: Program = self.kernels.program("laws", self._functions, whole.model.n_u)
 
     @property
     def texts(self) -> tuple[str, ...]:
         """Return e of each law."""
         return tuple(law.text for law in self.laws)
 
-    def kernels(self, free: frozenset[int] = frozenset()) -> SidedKernels:
-        """Return the programs with sides; laws in ``free`` have none."""
-        if free not in self._kernels:
-            self._kernels[free] = SidedKernels(self.whole, free)
-        return self._kernels[free]
-
-    def _functions(self, state: State) -> dict[str, list[Scalar]]:
-        """Return e, ė and, of a law of order 2, ë of every law."""
+    def _functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
+        """Return e, ė and, of a law of order 2, ë of every law; ``udot`` are the rates of the speeds."""
         model, tape = self.whole.model, state.field
         assert isinstance(tape, SidedTape)
         tape.sided = True
         qdot, moving = coordinate_rates(model, state), motion(model, state, self.whole.active)
-        udot = moving.udot
-        self._flow = Flow(tape, [*udot, total_power(model, state, moving)])
+        self.flow = Flow(tape, [*moving.udot, total_power(model, state, moving)])
         variables, rates = [state.t, *state.q, *state.u], [1, *qdot, *udot]
         outputs: list[Scalar] = []
         laws: list[Law] = []
-        for k, (side, e) in enumerate(tape.sides.values()):
+        for k, (_, e) in enumerate(tape.sides.values()):
             (rate,) = forward(tape, [e], variables, rates)
-            (by_side,) = forward(tape, [rate], [side], [1])
-            order = 1 if isinstance(by_side, Traced) or by_side != 0 else 2
+            order = 2 if {x.index for x in udot}.isdisjoint(tape.used([rate])) else 1
             (change,) = forward(tape, [rate], variables, rates) if order > 1 else (0,)
             outputs += [e, rate, change]
             laws.append(Law(str(tape.to_sympy(e)), k in tape.jumps, order))
@@ -254,41 +193,21 @@ class Sides:
 
     def start(self, t: float, y: Array, parameters: Array) -> Array:
         """Return the sides of all laws at a state, 0 where e is zero."""
-        sides = np.zeros(len(self.laws))
+        sides, moved = np.zeros(len(self.laws)), self.whole.model.n_q + self.whole.model.n_u
+        argument = np.concatenate([y[:moved], np.zeros(self.whole.model.n_u)])
         for _ in range(len(sides) + 1):  # an e may depend on other sides
-            before, sides = sides, np.sign(self.at(t, y, parameters, sides)[:, 0])
+            constants = self.program.constants(np.concatenate([parameters, sides]))
+            found = outputs_at(self.program.address("laws"), 3 * len(self.laws), t, argument, constants)
+            before, sides = sides, np.sign(found[::3])
             if (before == sides).all():
                 break
         return sides
 
-    def counting(self, sides: Array) -> frozenset[int]:
-        """Return the laws on whose sides the rates depend, where all have these sides: not the law of a stop that is
-        not touched.
-        """
-        key = sides.tobytes()
-        if key not in self._counting:
-            self._counting[key] = self._flow.counting(sides)
-        return self._counting[key]
 
-    def at(self, t: float, y: Array, parameters: Array, sides: Array) -> Array:
-        """Return e, ė and ë of each law at a state, shape (laws, 3)."""
-        y = np.ascontiguousarray(y, dtype=float)
-        constants = self.constants(parameters, sides)
-        return outputs_at(self.program.address("laws"), 3 * len(self.laws), t, y, constants).reshape(-1, 3)
-
-    def constants(self, parameters: Array, sides: Array) -> Array:
-        """Return the constants of the program; the last ones are kept."""
-        key = parameters.tobytes() + sides.tobytes()
-        last = self._last
-        if last is None or last[0] != key:
-            self._last = last = key, self.program.constants(np.concatenate([parameters, sides]))
-        return last[1]
-
-    def along(self, times: Array, states: Array, parameters: Array, sides: Array) -> Array:
-        """Return e, ė and ë of each law at states, shape (times, laws, 3)."""
-        constants, count = self.constants(parameters, sides), 3 * len(self.laws)
-        found = observe(self.program.address("laws"), count, times, states, constants)
-        return found.reshape(len(times), -1, 3)
+def sided_kernels(kernels: Kernels) -> Kernels:
+    """Return the programs of a machine with the sides of its laws, or its own if none switches."""
+    sides = sides_of(kernels)
+    return kernels if sides is None else sides.kernels
 
 
 def sides_of(kernels: Kernels) -> Sides | None:

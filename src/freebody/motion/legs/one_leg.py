@@ -11,7 +11,7 @@ from typing import Any
 
 from ..ending import FAILED, End
 from ..kernels.methods import Way
-from ..kernels.sided_way import SidedWay, way_of
+from ..kernels.sided_way import way_of
 from ..kernels.switches import switches
 from ..ode import layout, loops
 from ..ode.dense_output import Rates
@@ -73,12 +73,12 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
     return trajectory
 
 
-def _way(problem: Problem, parameters: Any, rates: Rates) -> Way | SidedWay:
+def _way(problem: Problem, parameters: Any, rates: Rates) -> Way:
     """Return the way of a run; that of the last run with the same numbers and options serves again."""
     p, request, kernels = problem, problem.request, problem.kernels
     options = request.method, request.tolerance, request.longest_step, p.most_steps
     again = not p.specs and request.step is None and isinstance(request.tolerance, float)
-    way: Way | SidedWay | None = rates.ways.get(options) if again else None
+    way: Way | None = rates.ways.get(options) if again else None
     if way is None:
         way = way_of(
             kernels, parameters, request.method, rates, p.tolerances, step=request.step,

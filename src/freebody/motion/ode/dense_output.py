@@ -118,7 +118,8 @@ class Path:
     cause of a failed run: of an event function for the status UNDEFINED, of a law (`sides`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
     the steps that the stability of an explicit method limited. ``step`` is the memory of a method of
-    `layout.SINGLE_STEPS` with its step, from which its states are sampled.
+    `layout.SINGLE_STEPS` with its step, from which its states are sampled. ``legs`` are those that
+    `Integration.drive` tells of a run with other rates in each.
     """
 
     rates: Rates
@@ -135,6 +136,7 @@ class Path:
     absolute: ArrayLike | None = None
     stiff: int = 0
     step: Any = field(default=None, repr=False)
+    legs: ClassVar[Any] = None
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:

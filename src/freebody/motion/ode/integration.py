@@ -66,6 +66,7 @@ class Integration:
     until_stiff          stop, with the status STIFF, where stability limits an explicit method far from the end
     stalls               (time, state) -> True if a run of many short steps cannot come to its end: it stops, with the
                          status TOO_MANY_STEPS
+    drive                what takes the steps in place of the loop of the method (`kernels.sided_way`), if not None
     budget               after so many steps, tighten the tolerances so that the errors of all remaining steps together
                          stay within the errors of as many steps again
     """
@@ -81,6 +82,7 @@ class Integration:
     until_stiff: bool = False
     stalls: Callable[[float, Array], bool] | None = None
     budget: int | None = None
+    drive: Any = None
 
     def path(
         self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike = 1e-9,
@@ -160,8 +162,13 @@ class Integration:
             counts.stiffness,
             run.step() if method in layout.SINGLE_STEPS and steps == 1 else None,
         )
+        if last is not None:
+            path = replace(cut(path, last, status), blame=blame)
+        if self.drive is not None:
+            path.__dict__["legs"] = run.function.legs
+            run.function.give_back()
         run.give_back()
-        return path if last is None else replace(cut(path, last, status), blame=blame)
+        return path
 
 
 def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:
@@ -218,6 +225,7 @@ class _Run:
         self.bytes = record.memory.data.cast("B")
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
+        self.function: Any = None
         self.absolute_of: ArrayLike | None = None
         self.allowed = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
@@ -245,7 +253,8 @@ class _Run:
                 search.guarded = watch.guarded
                 self.required = self.m - watch.guarded
             self.relative[:] = common.relative
-            self.function = loops.use(common.method, self.m > 0)
+            if common.drive is None:
+                self.function = loops.use(common.method, self.m > 0)
         if self.absolute_of is not absolute:
             self.absolute[:] = absolute
             unchanging = isinstance(absolute, np.ndarray) and not absolute.flags.writeable
@@ -255,6 +264,8 @@ class _Run:
             span = abs(until - start)
             longest = min(common.step, common.max_step, span)
             first = span / math.ceil(span / longest * (1 - 1e-12)) if span else common.step
+        if common.drive is not None:
+            self.function = common.drive.begin(common, self.record, start, until)
         self.initial[:] = state
         _PACKED.pack_into(
             self.bytes, _NUMBERS_AT, start, first, 0.0, until, common.max_step, start, *_NO_COUNTS,

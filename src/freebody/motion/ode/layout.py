@@ -11,8 +11,8 @@ from ..ending import End
 RUNNING, FINISHED, TERMINAL, NOT_FINITE = (
     int(end) for end in (End.RUNNING, End.FINISHED, End.TERMINAL, End.NOT_FINITE)
 )
-COLLAPSED, DIVERGED, STIFF, UNDEFINED, UNRESOLVED = (
-    int(end) for end in (End.COLLAPSED, End.DIVERGED, End.STIFF, End.UNDEFINED, End.UNRESOLVED)
+COLLAPSED, DIVERGED, STIFF, UNDEFINED, UNRESOLVED, STUCK = (
+    int(end) for end in (End.COLLAPSED, End.DIVERGED, End.STIFF, End.UNDEFINED, End.UNRESOLVED, End.STUCK)
 )
 
 EXPLICIT: dict[str, int] = {"dop853": 8, "dop54": 5, "tsit5": 5}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, root
 from ..kernels import contact_quantities as quantities
+from ..kernels.switching import gauge
 from . import laws
 from .bearings import solve
 from .closed_contacts import gamma_of
@@ -117,7 +118,10 @@ def inputs_found(y: Reals, phase: PhaseData, size: float) -> None:
 
 @compiled
 def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to the functions of the user, then to the functions that end the phase as they fall through zero."""
+    """Set ``out`` to the functions of the user, then to those that end the phase as they fall through zero.
+
+    These are those of laws that switch, of patches, and of contacts.
+    """
     phase, size = PhaseData(c), 0.0
     if phase.expressions > 0 and phase.asked == 0:
         phase.values(t, y, phase.values_c, out)
@@ -130,5 +134,8 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
     if phase.asked > 0:
         inputs_found(y, phase, size)
         phase.values(t, phase.inputs, phase.values_c, out)
+    for k in range(phase.laws if phase.expressions > 0 else 0):
+        i = phase.first_law + k
+        out[i] = 1.0 if phase.idle[k] != 0 else gauge(phase.sides[k], out[i], phase.bands[k])
     for i in range(phase.endings):
         out[phase.expressions + i] = 1.0 if phase.law[i] == laws.NEVER else ending(phase, i, size)

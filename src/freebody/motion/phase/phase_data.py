@@ -56,10 +56,11 @@ class DataProgram:
         return last[1].copied().memory
 
     def set_parameters(self, c: Array, parameters: Array) -> None:
-        """Write the constants of the kernels for these parameters into c."""
+        """Write the constants of the kernels for these parameters, and for the sides of laws that switch, into c."""
         for name, program in self.programs.items():
             place, _, (size,) = self.data.placed[f"{name}_c"]
-            c[place : place + size] = program.constants(parameters)
+            given = np.concatenate([parameters, self.data.sides])
+            c[place : place + size] = program.constants(given[: program.compiled.parameters])
 
 
 def phase_data(
@@ -84,6 +85,7 @@ def phase_data(
         _write_pattern(data, phase, programs["machine"][0])
         scene.layouts[key] = data
     data = scene.layouts[key].copied()
+    data.sides[:] = phase.sides
     for k, mode in enumerate(phase.modes):
         if " " in mode:
             data.direction[k] = list(map(float, mode.split()[1:]))
@@ -113,7 +115,7 @@ def _made(
         n_q=model.n_q, n=n, contacts=len(phase.modes), rows=scene.rows, pairs=len(pattern.pairs), own=len(own),
         all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
         compliant_count=sum(scene.compliant), adhesive_count=sum(scene.adhesive), driven=int("power" in kernels),
-        loaded_count=len(scene.loaded), of_bearing=LOADED * len(scene.loaded),
+        loaded_count=len(scene.loaded), laws=scene.laws, of_bearing=LOADED * len(scene.loaded),
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,

@@ -16,7 +16,8 @@ class PhaseData(Record):
     ``pairs``                   pairs of bodies with contacts
     ``own``, ``all_own``        conditions of the machine itself: active ones, and all
     ``endings``                 functions that may end the phase
-    ``expressions``             functions of the user before them
+    ``expressions``             functions of the user before them, and of the ``laws`` that switch, from ``first_law``
+    ``sides``, ``bands``, ``idle``    of these laws (`kernels.sided_run`)
     ``asked``, ``inputs``       terms of the quantities of contacts that these take, and q, u and these quantities
                                 (`contact_quantities`): ``of_contact``, ``what``, ``component`` and ``into`` of each
                                 term;  ``near``: gap that counts as none, at the end of a phase
@@ -101,6 +102,11 @@ class PhaseData(Record):
     all_own: Count
     endings: Count
     expressions: Count
+    laws: Count
+    first_law: Count
+    sides: Annotated[Row, "laws"]
+    bands: Annotated[Row, "laws"]
+    idle: Annotated[Wholes, "laws"]
     asked: Count
     held_count: Count
     compliant_count: Count

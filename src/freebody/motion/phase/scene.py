@@ -26,6 +26,7 @@ from ...model.ring import edge_of
 from ...native import loop
 from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
+from ..kernels.sides import SidedKernels, sides_of
 from ..ode.dense_output import Array, Rates, outputs_at
 from .candidates import Candidates, coefficients
 from .laws import CLOSED, DEPENDENT
@@ -106,6 +107,8 @@ class Scene:
         self.presser = tuple(pressers(self.model.contacts))
         self.loaded = tuple(k for k, c in enumerate(self.model.contacts) if c.loaded)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
+        self.sides = sides_of(kernels.whole) if isinstance(kernels, SidedKernels) else None
+        self.laws = 0 if self.sides is None else len(self.sides.laws)
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}
         self.checked: Mapping[str, float] | None = (
@@ -191,11 +194,14 @@ class Scene:
             active = (*active, *self._independent(modes, seen))
         return self.holding(modes, active)
 
-    def holding(self, modes: Modes, active: tuple[int, ...]) -> Phase:
-        """Return a set of modes with these independent conditions: the machine's own, then those of contacts."""
-        key = (modes, active)
+    def holding(self, modes: Modes, active: tuple[int, ...], sides: tuple[float, ...] = ()) -> Phase:
+        """Return a set of modes with these independent conditions: the machine's own, then those of contacts.
+
+        ``sides`` are those of the laws that switch, if these are data of the scene.
+        """
+        key = (modes, active, sides)
         if key not in self._phases:
-            self._phases[key] = Phase(self, modes, active)
+            self._phases[key] = Phase(self, modes, active, sides or (0.0,) * self.laws)
         return self._phases[key]
 
     def conditions(self, modes: Modes) -> list[tuple[int, int]]:
@@ -227,8 +233,10 @@ class Ending:
 class Phase:
     """The motion in one set of modes; the state is (q, u, W, heat)."""
 
-    def __init__(self, scene: Scene, modes: Modes, active: tuple[int, ...]) -> None:
-        self.scene, self.modes, self.active = scene, modes, active
+    def __init__(
+        self, scene: Scene, modes: Modes, active: tuple[int, ...], sides: tuple[float, ...] = ()
+    ) -> None:
+        self.scene, self.modes, self.active, self.sides = scene, modes, active, sides
         self.model = scene.model
         self.loose: Any = None
         self.shown: Modes = modes
@@ -237,7 +245,7 @@ class Phase:
         self._programs: dict[Any, Any] = {}
 
     def __reduce__(self) -> Any:
-        return phase_of, (self.scene.kernels, self.modes, self.active)
+        return phase_of, (self.scene.kernels, self.modes, self.active, self.sides)
 
     @property
     def size(self) -> int:
@@ -308,8 +316,9 @@ class Phase:
         """
 
         def make() -> DataProgram:
-            values: Any = watched_program(self.scene.kernels, expressions) if expressions else None
-            moved, count = self.model.n_q + self.model.n_u, len(expressions)
+            count = len(expressions) + self.scene.laws
+            values: Any = watched_program(self.scene.kernels, expressions) if count else None
+            moved = self.model.n_q + self.model.n_u
             if patches is not None:
                 values, count = patches.with_values(values, count), count + patches.functions_count
             sizes = {
@@ -318,7 +327,9 @@ class Phase:
                 "projection": moved,
                 "watched": count + len(self.scene.endings),
             }
-            return self.data(sizes, values=values, count=count, whole=True, asked=asked_by(expressions))
+            return self.data(
+                sizes, values=values, count=count, whole=True, asked=asked_by(expressions), first=len(expressions)
+            )  # fmt: skip
 
         return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
 
@@ -343,16 +354,6 @@ class Phase:
             result, projection=program.address("projection"), projected=program.outputs("projection")
         )
 
-    def watching(self, expressions: Sequence[Any]) -> DataProgram:
-        """Function ``watched``: the user's expressions, then the functions that end the phase (:func:`endings`)."""
-
-        def make() -> DataProgram:
-            values = watched_program(self.scene.kernels, expressions) if expressions else None
-            count, asked = len(expressions) + len(self.scene.endings), asked_by(expressions)
-            return self.data({"watched": count}, values=values, count=len(expressions), asked=asked)
-
-        return cast(DataProgram, self._program(tuple(expressions), make))
-
     # -- data ------------------------------------------------------------------------------------
 
     def data(
@@ -364,6 +365,7 @@ class Phase:
         whole: bool = False,
         source: Source | None = None,
         asked: Asked = (),
+        first: int = 0,
     ) -> DataProgram:
         """Return compiled functions for these modes.
 
@@ -371,7 +373,7 @@ class Phase:
         ----------
         outputs     function of a phase -> number of its outputs; ``watched`` needs endings
         derived     name and program of a function of the state, accelerations, forces and multipliers
-        values      program of the ``count`` functions of the user
+        values      program of the ``count`` functions of the user, and of laws that switch from ``first``
         whole       True for room for any modes
         asked       quantities of contacts that these take
         source      where the functions and the kernels stand; by default, on this computer
@@ -391,7 +393,7 @@ class Phase:
             programs["derived"] = of_forces, name
             found[name] = code("derived"), of_forces.outputs(name)
         data = phase_data(self, programs, "watched" in outputs, whole, asked)
-        data.expressions = count
+        data.expressions, data.first_law = count, first
         modes = np.array([NUMBERS[mode.partition(" ")[0]] for mode in self.modes], dtype=np.int64)
         active = np.array([i - candidates.own for i in self.active[len(self.own) :]], dtype=np.int64)
         functions()["set_modes"](data, modes, np.zeros_like(modes), active, active.size)
@@ -414,8 +416,8 @@ class Source(NamedTuple):
         return cls(lambda name: functions()[name].address, candidates.program(), power, bearings)
 
 
-def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
-    """Return a set of modes of a machine.
+def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...], sides: tuple[float, ...] = ()) -> Phase:
+    """Return a set of modes of a machine, with the sides of the laws that switch.
 
     Raises
     ------
@@ -428,12 +430,13 @@ def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
         for mode, n in zip(modes, scene.tangents, strict=True)
     )
     last = scene.candidates.own + len(scene.conditions(modes)) if known else 0
+    known = known and len(sides) in (0, scene.laws) and {*sides} <= {-1, 0, 1}
     if not known or len(set(active)) != len(active) or not all(0 <= i < last for i in active):
         raise SimulationError(
             f"Expected modes and conditions of the contacts of '{kernels.model.name}', got {modes} and {active}: the "
             "motion is not of this machine."
         )
-    return scene.holding(modes, active)
+    return scene.holding(modes, active, sides)
 
 
 def scene_of(kernels: Kernels) -> Scene:

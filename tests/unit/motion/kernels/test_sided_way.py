@@ -7,7 +7,7 @@ import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
-from freebody.motion.kernels import sided_way
+from freebody.motion.kernels import sided_run
 
 METHODS = ["auto", "dop853", *(pytest.param(x, marks=pytest.mark.slow) for x in ("gauss", "radau", "tsit5"))]
 K = 100.0
@@ -143,7 +143,7 @@ def test_a_run_that_ends_where_it_would_stick_is_complete():
 
 def test_bends_are_left_as_they_are_where_their_e_is_round_off(monkeypatch):
     """3 x' - y' is zero but for round-off, which two forces |3 x' - y'| see and a third body does not feel."""
-    monkeypatch.setattr(sided_way, "IN_A_ROW", 3)
+    monkeypatch.setattr(sided_run, "IN_A_ROW", 3)
     s = fb.System("plane")
     mid, body = s.body("mid", fb.particle(1)), s.body("body", fb.particle(1))
     s.slider("rx", s.ground, mid, axis="x", coordinate="x")
