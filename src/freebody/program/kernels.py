@@ -120,8 +120,6 @@ class KernelSet:
         Name -> :class:`Kernel`.
     hoisted : int
         Length of the vector of hoisted constants.
-    parameters, prologue : int
-        Number of parameters, and the address of the kernel of these that computes that vector.
     from_disk : bool
         True if the code was loaded from the disk.
     size : int
@@ -155,7 +153,6 @@ class KernelSet:
                 *(f"{s}.lanes" for s, name in zip(symbols, names, strict=True) if name in batch),
             ]
         addresses = library.addresses(["prologue", *symbols, *batches])
-        self.parameters, self.prologue = parameters, addresses["prologue"]
         self._prologue = Kernel(
             "parameters", library, addresses["prologue"], addresses.get("prologue.batch"), parameters, 0,
             self.hoisted, header["operations"][PROLOGUE],

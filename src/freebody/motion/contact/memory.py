@@ -89,8 +89,7 @@ class Memory:
         for name, kernel in KERNELS.items():
             setattr(it, name, compiled[kernel].address)
         self.energy = np.array(energy.constants(parameters))
-        self.parameters = np.array(parameters)
-        it.parameters, contacts = self.parameters, scene.candidates.program().compiled
+        contacts, self.parameters = scene.candidates.program().compiled, np.array(parameters)
         it.prologue, it.constants = contacts.prologue.address, contacts.hoisted
         it.energy, it.energy_c = energy.address("energy"), self.energy
         it.looking, it.phase = self.looking, self.phase
@@ -108,6 +107,9 @@ class Memory:
                     place, _, (size,) = program.data.placed[f"{name}_c"]
                     add_program(self.laws, one, constants[place : place + size])
             it.sided = self.laws.memory
+            self.parameters = self.laws.parameters[: len(parameters)]
+            self.parameters[:] = parameters
+        it.parameters = self.parameters
         return phase
 
     def prepare(self, parameters: Array, watched: Watched) -> None:
@@ -206,7 +208,6 @@ class Memory:
         self.parameters[:] = parameters
         self.energy[:] = energy.constants(parameters)
         if self.laws is not None:
-            self.laws.parameters[: len(parameters)] = parameters
             code("take_sides")(self.it)
             return
         self.scene.program.set_parameters(self.looking, parameters)

@@ -8,7 +8,7 @@ from ...native.loop import Function, made, sibling
 
 _MODULES = tuple(
     sibling(__name__, name)
-    for name in ("event_loop", "decision", "impulses", "phase_end", "log", "moment", "setting")
+    for name in ("event_loop", "decision", "impulses", "jumps", "phase_end", "log", "moment", "setting")
 )
 _CALLED = (
     "go_on",
@@ -38,10 +38,10 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, impulses, log, moment, phase_end, setting
+    from . import decision, event_loop, impulses, jumps, log, moment, phase_end, setting
 
     return {
         name: f
-        for module in (log, moment, phase_end, impulses, decision, setting, event_loop)
+        for module in (log, moment, jumps, phase_end, impulses, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

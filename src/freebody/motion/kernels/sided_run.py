@@ -112,7 +112,7 @@ def sided_run(sides: Any, n_y: int, programs: int) -> SidedRun:
 
 def add_program(s: SidedRun, program: Any, constants: Array) -> None:
     """Let the constants of a program, an array that stays where it is, follow the sides."""
-    s.prologues[s.programs], s.places[s.programs] = program.compiled.prologue, address(constants)
+    s.prologues[s.programs], s.places[s.programs] = program.compiled.prologue.address, address(constants)
     s.programs += 1
 
 

@@ -12,8 +12,8 @@ from ..cones.contacts import Contacts
 from ..events import event_run
 from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
+from ..events.jumps import forget_signs
 from ..events.moment import copy, look
-from ..events.phase_end import forget_signs
 from ..ode import dop853
 from ..ode.layout import RUNNING
 from ..phase.phase_record import PhaseData

@@ -183,3 +183,21 @@ def test_shaken_cylinders_keep_the_laws(seed):
     for edge in ("table_1", "table_2"):
         assert np.nanmin(motion.contacts[edge].gap) > -1e-11
     assert np.abs(motion.energy.residual).max() < 1e-8 * (1 + motion.energy.kinetic.max())
+
+
+def test_a_drum_tips_beside_a_load_that_switches():
+    """The angle of the points and the sides of loads are both behind the constants of the kernels."""
+    s = fb.System("drum and block")
+    s.gravity = (0, 0, -9.81)
+    drum, block = s.body("drum", fb.cylinder(1, 0.1, 0.3)), s.body("block", fb.particle(1))
+    s.free("f", s.ground, drum)
+    s.contact("floor", drum.circle(0.1, at=(0, 0, -0.15)), s.ground.plane(normal="z"), friction=1.5)
+    s.force("push", drum.point(0, 0, 0.1), ("4*t*cos(0.3)", "4*t*sin(0.3)", 0), frame=s.ground)
+    s.slider("rail", s.ground, block, axis="x", coordinate="x")
+    s.force("F", block.origin, ("-100*x - 20*sign(x)", 0, 0), frame=s.ground)
+    motion = fb.simulate(s, 1.1, initial={"f_z": 0.15, "x": 1.0})
+    tips = next(e.time for e in motion.events if "edge" in e.text)
+    assert tips == pytest.approx(9.81 * 0.1 / (4 * 0.25), abs=1e-9)
+    # ½ x'² + 50 x² + 20 |x| is constant
+    v, x = motion["x'"], motion["x"]
+    np.testing.assert_allclose(v**2 / 2 + 50 * x**2 + 20 * abs(x), 70, rtol=1e-8)
