@@ -31,7 +31,7 @@ from freebody.motion.ode import loops
 from freebody.motion.ode.run import Run, sizes
 from freebody.motion.phase.scene import scene_of
 from freebody.motion.start.arguments import _equal
-from freebody.native.ir_text import literal
+from freebody.program.code.ir_text import literal
 from freebody.native.records import _layout
 from freebody.native.translation import Unit
 from freebody.picture.page.page import LIVE, SCRIPTS, script

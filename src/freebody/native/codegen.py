@@ -20,8 +20,8 @@ OPTIMISATION = 1
 LONG = 1 << 24
 """Length in characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
-COLD = "optnone"
-"""Attribute of a function that LLVM's passes leave as it is."""
+COLD = '"cold"'
+"""Attribute of a function of a "hot" module that gets few passes and plain instructions."""
 
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
@@ -101,24 +101,27 @@ def optimised_code(
     calls.
 
     ``passes`` "all" are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code
-    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives all
-    passes to the functions without `COLD` among their attributes, and a few to the others. "none" are plain
-    instructions for what runs rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation
-    only doubles its time.
+    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives few
+    passes to all functions. Those without `COLD` among their attributes then get all, except for unrolled loops; the
+    others are selected instruction by instruction, in half the time. "none" are plain instructions for what runs
+    rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation only doubles its time.
     """
     initialize()
     machine = _machine(0 if passes == "none" else OPTIMISATION, name=name)
     module = _parsed(text, name)
     options = llvm.create_pipeline_tuning_options(speed_level=0 if passes == "none" else 1)
+    options.loop_unrolling = not (wide or passes == "hot")
     if wide:
-        options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+        options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    if passes != "few":
-        builder.getModulePassManager().run(module, builder)
-    if passes == "hot":
-        module = _parsed(str(module).replace(f" {COLD}", ""), name)
     if passes in ("few", "hot"):
         _few_passes().run(module, builder)
+    if passes == "hot":
+        for function in module.functions:
+            if any(COLD.encode() in attributes for attributes in function.attributes):
+                function.add_function_attribute("optnone")  # LLVM's passes leave it as it is from here on
+    if passes != "few":
+        builder.getModulePassManager().run(module, builder)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions
     return machine.emit_object(module), sorted(set(LIBRARY).intersection(called))
