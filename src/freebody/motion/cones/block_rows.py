@@ -88,7 +88,6 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
         k += n
 
 
-@hot
 @compiled
 def wipe(blocks: Blocks, r: int, v: Reals) -> None:
     """Set the speeds of the blocks of row r to zero."""

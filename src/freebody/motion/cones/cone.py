@@ -76,7 +76,6 @@ def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
         project(problem, a, y, x)
 
 
-@hot
 @compiled
 def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
     """Set G to ∂P/∂y H, both stored as the rows of the problem. The rows of a contact cover the same blocks."""
@@ -104,7 +103,6 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
                 )
 
 
-@hot
 @compiled
 def add_all(problem: ContactProblem) -> None:
     """Set v to Σ X x."""
@@ -121,7 +119,6 @@ def rate(problem: ContactProblem, a: int) -> float:
     return problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
 
 
-@hot
 @compiled
 def residual(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws at v, relative to the reference; set the rates r."""
@@ -132,7 +129,6 @@ def residual(problem: ContactProblem) -> float:
     return violation(problem)
 
 
-@hot
 @compiled
 def violation(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
@@ -190,7 +186,6 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
                 slope[i + m] = other - p * (dz - f * along_e) - f * normal
 
 
-@hot
 @compiled
 def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.

@@ -60,7 +60,6 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     return residual(problem)
 
 
-@hot
 @compiled
 def begin(problem: ContactProblem, dense: Dense) -> int:
     """Hold the rows with x > 0 that press together; return their number. Let all others have x = low."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, hot, lesser
+from ...native.instructions import compiled, greater, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
@@ -194,7 +194,6 @@ def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
         walk(problem, islands, start)
 
 
-@hot
 @compiled
 def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
     """Number the blocks of an island from ``start`` on in breadth; return the last one."""

@@ -296,7 +296,6 @@ def remember(problem: ContactProblem, memory: Sweeping) -> None:
         memory.pairs += 1
 
 
-@hot
 @compiled
 def mix(problem: ContactProblem, memory: Sweeping) -> None:
     """Replace x by the combination of the last differences of g in which |f| is least."""

@@ -8,7 +8,7 @@ Source: J. D. Cohen, M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, Proc. Symp
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, lesser, root
+from ...native.instructions import Reals, compiled, greater, hot, lesser, root
 from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, Families, Members
 from .patches import lay_core
 
@@ -91,6 +91,7 @@ def sort(members: Members) -> None:
         order[a] = k
 
 
+@hot
 @compiled
 def overlap(members: Members, i: int, j: int) -> int:
     """Return 1 if the bounds of two members overlap along the two axes that are not sorted."""

@@ -19,6 +19,7 @@ P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
 
 
+@hot
 @compiled
 def seek(of: Families, t: float, y: Reals, limit: float) -> None:
     """Find the pairs whose gaps are at most ``limit`` at a state, or that stay closed.
@@ -123,6 +124,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         pairs.touch[slot, n] = found[n]
 
 
+@hot
 @compiled
 def place_in_past(pairs: Pairs, number: int) -> int:
     """Return the place of the first point of a pair among those that pressed in the last step, -1 if there is none."""
@@ -198,6 +200,7 @@ def arrange(pairs: Pairs) -> None:
 # -- rows ------------------------------------------------------------------------------------------------
 
 
+@hot
 @compiled
 def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end."""
@@ -232,6 +235,7 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     return r
 
 
+@hot
 @compiled
 def press(
     links: Links, blocks: Blocks, r: int, link: int, point: Reals, e: Reals, sign: float, W: Reals
@@ -271,6 +275,7 @@ def rate(of: Families, slot: int, e: Reals) -> float:
     )
 
 
+@hot
 @compiled
 def along(links: Links, link: int, point: Reals, e: Reals) -> float:
     """Return the velocity along e of the point of a link that is at a place now."""
