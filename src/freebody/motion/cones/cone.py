@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
+from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root, warm
 from .block_rows import add, along
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
@@ -103,6 +103,7 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
                 )
 
 
+@warm
 @compiled
 def add_all(problem: ContactProblem) -> None:
     """Set v to Σ X x."""
@@ -129,6 +130,7 @@ def residual(problem: ContactProblem) -> float:
     return violation(problem)
 
 
+@warm
 @compiled
 def violation(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
@@ -186,6 +188,7 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
                 slope[i + m] = other - p * (dz - f * along_e) - f * normal
 
 
+@warm
 @compiled
 def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.

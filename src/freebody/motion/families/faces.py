@@ -9,7 +9,7 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, hot, root
+from ...native.instructions import Integers, Reals, compiled, hot, root, warm
 from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
@@ -65,6 +65,7 @@ def meet_edge(met: Integers, at: int, one: int, other: int) -> None:
         met[at], met[at + 1] = other, one
 
 
+@warm
 @compiled
 def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> None:
     """Set the points of the other core over the face of a core that is nearest to it."""
@@ -113,6 +114,7 @@ def deepest(of: Families, core: Core, other: Core, height: float, limit: float, 
         add_point(patch, patch.trial, gap, sign)
 
 
+@warm
 @compiled
 def meet_features(of: Families, core: Core, other: Core, before: int, v: int, sign: float) -> None:
     """Write the features that meet at a corner of the polygon: of the first core, then of the second one."""

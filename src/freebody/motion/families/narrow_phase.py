@@ -8,7 +8,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, room
+from ...native.instructions import Reals, call, compiled, greater, hot, room, warm
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import FAR
@@ -67,6 +67,7 @@ def joined(members: Members, a: int, b: int) -> int:
     return 0
 
 
+@warm
 @compiled
 def of_one_side(of: Families, i: int, j: int) -> int:
     """Return 1 if two members of a family stand on one body, or in one group that does not touch itself."""
@@ -145,6 +146,7 @@ def stays(pairs: Pairs, number: int) -> int:
     return pairs.stays[p] if p >= 0 else 0
 
 
+@warm
 @compiled
 def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
@@ -164,6 +166,7 @@ def spread(of: Families, first: int, second: int, number: int, limit: float) -> 
                     pairs.touch[slot, n] = found[n]
 
 
+@warm
 @compiled
 def turn(found: Reals, up: Reals) -> None:
     """Set the tangents to the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
@@ -179,6 +182,7 @@ def turn(found: Reals, up: Reals) -> None:
     found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -s * (x * y * share), s * (1.0 - y * y * share), -y
 
 
+@warm
 @compiled
 def arrange(pairs: Pairs) -> None:
     """Sort the pairs by their ids (Shell's method)."""
