@@ -31,11 +31,11 @@ from freebody.motion.ode import loops
 from freebody.motion.ode.run import Run, sizes
 from freebody.motion.phase.scene import scene_of
 from freebody.motion.start.arguments import _equal
-from freebody.native.ir_text import literal
 from freebody.native.records import _layout
 from freebody.native.translation import Unit
 from freebody.picture.page.page import LIVE, SCRIPTS, script
 from freebody.picture.paper.labels import outline
+from freebody.program.code.ir_text import literal
 from freebody.program.large.link_step import Kind, compiled_step
 from freebody.scalar.ring import Ring
 from freebody.scalar.trace import Tape
@@ -330,7 +330,7 @@ def test_tables_of_a_module_are_their_numbers() -> None:
     module = Unit()
     tables = [module.table(np.full(3, float(k)), "x") for k in range(50)]
     assert len({id(one) for one in tables}) == 50
-    assert [str(one.initializer.constant[0].constant) for one in tables] == [str(float(k)) for k in range(50)]
+    assert [str(one.content.constant[0].constant) for one in tables] == [str(float(k)) for k in range(50)]
 
 
 # -- loops ---------------------------------------------------------------------------------------------------

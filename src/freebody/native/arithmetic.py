@@ -13,6 +13,8 @@ from typing import Any
 
 from llvmlite import ir
 
+from .builder import Function, Value
+
 REAL, WHOLE, TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 FIRST, LAST = -(2**63), 2**63 - 1
 """Range of an integer."""
@@ -31,6 +33,10 @@ _OF_PYTHON: dict[type, Callable[..., Any]] = {
     ast.GtE: operator.ge,
 }  # fmt: skip
 _COMPARISONS = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+_NUMBERS = (bool, int, float)
+_KINDS = ((bool, TRUTH), (int, WHOLE), (float, REAL))
+_SINGLE = (ir.DoubleType, ir.IntType)
+"""Classes of the types of one number."""
 _WORDS = {REAL: "a real number", WHOLE: "an integer", TRUTH: "a truth value"}
 
 
@@ -47,12 +53,14 @@ class Refusal(Exception):
 
 def is_number(value: Any) -> bool:
     """Return whether a value is a number of Python."""
-    return isinstance(value, bool | int | float)
+    return isinstance(value, _NUMBERS)
 
 
 def kind_of(value: Any) -> Any:
     """LLVM type of a value; None for what has no type."""
-    for python, kind in ((bool, TRUTH), (int, WHOLE), (float, REAL)):
+    if value.__class__ is Value:
+        return value.type
+    for python, kind in _KINDS:
         if isinstance(value, python):
             return kind
     return getattr(value, "type", None)
@@ -60,6 +68,8 @@ def kind_of(value: Any) -> Any:
 
 def lanes_of(kind: Any) -> int:
     """Number of lanes of a type, of a record, or of what a pointer points to; 1 for a number."""
+    if kind.__class__ in _SINGLE:
+        return 1
     if hasattr(kind, "record"):
         return int(kind.lanes)
     kind = kind.pointee if isinstance(kind, ir.PointerType) else kind
@@ -89,7 +99,10 @@ def in_words(value: Any) -> str:
 
 def common_lanes(*values: Any) -> int:
     """Number of lanes in which values meet."""
-    counts = {lanes_of(kind) for kind in map(kind_of, values) if not isinstance(kind, ir.PointerType)} - {1}
+    kinds = [kind for kind in map(kind_of, values) if kind.__class__ not in _SINGLE]
+    if not kinds:
+        return 1
+    counts = {lanes_of(kind) for kind in kinds if not isinstance(kind, ir.PointerType)} - {1}
     if len(counts) > 1:
         raise Refusal(
             "values of one width", "Values meet one number with all lanes.", f"widths {sorted(counts)}"
@@ -116,7 +129,7 @@ def constant(value: Any, kind: Any) -> Any:
 def cast(builder: Any, value: Any, kind: Any) -> Any:
     """The value as an LLVM value of this type."""
     present = kind_of(value)
-    if present == kind and not is_number(value):
+    if (present is kind or present == kind) and not is_number(value):
         return value
     lanes, element = lanes_of(kind), element_of(kind)
     pointers = isinstance(kind, ir.PointerType) or isinstance(present, ir.PointerType)
@@ -168,7 +181,7 @@ def intrinsic(builder: Any, name: str, result: Any, *values: Any) -> Any:
     function = builder.module.globals.get(name)
     if function is None:
         kind = ir.FunctionType(result, [value.type for value in values])
-        function = ir.Function(builder.module, kind, name)
+        function = Function(builder.module, kind, name)
     return builder.call(function, values)
 
 

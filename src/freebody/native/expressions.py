@@ -124,9 +124,7 @@ class Ways:
         """End this block with a branch to one of two others."""
         for join in (yes, no):
             self._lead(join)
-        branch = self.builder.cbranch(truth, yes.block, no.block)
-        if rare:
-            branch.set_weights(_UNLIKELY)
+        self.builder.cbranch(truth, yes.block, no.block, _UNLIKELY if rare else ())
 
     def _lead(self, join: Join) -> None:
         join.block = join.block or self.builder.append_basic_block()
@@ -275,7 +273,11 @@ class Expressions(Ways):
         """Return whether an expression is known only in the running code."""
         if isinstance(node, ast.Name):
             return node.id in self.locals
-        return isinstance(node, ast.Call | ast.Subscript) or any(map(self.varies, ast.iter_child_nodes(node)))
+        if isinstance(node, (ast.Call, ast.Subscript)):
+            return True
+        if isinstance(node, ast.Attribute):
+            return self.varies(node.value)
+        return any(isinstance(part, ast.expr) and self.varies(part) for part in ast.iter_child_nodes(node))
 
     def branch(self, node: ast.expr, yes: Join, no: Join, unlikely: bool = False) -> None:
         """Branch to one of two blocks; the parts after a decisive one are not evaluated."""

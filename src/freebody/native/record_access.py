@@ -119,13 +119,11 @@ def value(builder: Any, pointer: Any, field: Field) -> Any:
     """Value of a field: a number, a pointer, a record or a table."""
     if field.nested is not None:
         return _inside(builder, pointer, field.place, RecordPointer(field.nested))
-    result = builder.load(place(builder, pointer, field), align=8)
+    result = builder.load(place(builder, pointer, field), align=8, constant=is_constant(field))
     if not is_constant(field):
         return result
-    _never_changes(builder, result)
     if field.kind == "Rows":
-        length = builder.load(place(builder, pointer, field, 1))
-        _never_changes(builder, length)
+        length = builder.load(place(builder, pointer, field, 1), constant=True)
         return Table(result, length, bool(field.shape))
     if field.kind == "Row" and field.shape and _is_counted(pointer, field.shape[0]):
         result.length = pointer, field.shape[0]
@@ -135,11 +133,6 @@ def value(builder: Any, pointer: Any, field: Field) -> Any:
 def _is_counted(pointer: Any, size: int | str) -> bool:
     """Return whether the record knows a size."""
     return isinstance(size, int) or size in pointer.type.record.fields
-
-
-def _never_changes(builder: Any, load: Any) -> None:
-    """Say that no code changes what is loaded: LLVM then loads it once, although rows are written meanwhile."""
-    load.set_metadata("invariant.load", builder.module.add_metadata([]))
 
 
 def assigned_place(builder: Any, pointer: Any, name: str) -> Any:

@@ -29,21 +29,21 @@ from llvmlite import ir
 
 from ..unreachable import no_collection
 from .arithmetic import REAL, WHOLE, Refusal, constant
+from .builder import Builder, ConstantTable, Function, Module
 from .functions import Compiled, Inlined, is_wide, signature
 from .record_access import RecordPointer
 from .statements import Body
 
 
-def translated(functions: Mapping[str, Compiled], lanes: int = 1, cold: str = "") -> str:
+def translated(functions: Mapping[str, Compiled], lanes: int = 1, heats: Sequence[str] = ()) -> str:
     """LLVM text of functions under these names, and of all functions that they call, for so many lanes.
 
-    ``cold`` is an attribute for all that are not `instructions.hot`.
+    ``heats`` are attributes for functions by their `Compiled.heat`.
     """
     with no_collection():
         unit = _unit(functions, lanes)
-        for compiled, function in unit.defined if cold else ():
-            if not compiled.hot:
-                function.attributes.add(cold)
+        for compiled, function in unit.defined if heats else ():
+            function.attributes |= {heats[compiled.heat]} - {""}
         return str(unit.module)
 
 
@@ -54,12 +54,8 @@ def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -
     """
     result = {}
     with no_collection():
-        for item in _unit(functions, lanes, internal=not public).module.global_values:
-            text = str(item)
-            if isinstance(item, ir.Function) and item.is_declaration:
-                kinds = ", ".join(map(str, item.function_type.args))
-                text = f"declare {item.function_type.return_type} @{item.name}({kinds})"
-            result[f"@{item.name}"] = text
+        for item in _unit(functions, lanes, internal=not public).module.globals.values():
+            result[item.name] = str(item)
     return result
 
 
@@ -69,10 +65,9 @@ def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False)
         unit.declare(function, lanes, name, internal)
     while unit.waiting:
         compiled, llvm_function, width = unit.waiting.pop()
-        entry = llvm_function.append_basic_block()
-        builder = ir.IRBuilder(entry)
-        builder.position_at_end(builder.append_basic_block())
-        begin = builder.block
+        builder = Builder(llvm_function.append_basic_block())
+        entry, begin = builder.block, builder.append_basic_block()
+        builder.position_at_end(begin)
         body = Body(unit, compiled, builder, width)
         body.result = llvm_function.function_type.return_type
         body.write(llvm_function.args)
@@ -85,7 +80,7 @@ class Unit:
     """The functions of one module, each translated once for each width that is called."""
 
     def __init__(self) -> None:
-        self.module = ir.Module()
+        self.module = Module()
         self.waiting: list[tuple[Compiled, Any, int]] = []
         self.defined: list[tuple[Compiled, Any]] = []
         self._declared: dict[tuple[int, int], Any] = {}
@@ -110,16 +105,14 @@ class Unit:
             *arguments, result = signature(compiled, lanes)
             suffix = f".{lanes}" if any(map(is_wide, (*compiled.arguments, compiled.result))) else ""
             own = self._name(name or f"{compiled.function.__name__}{suffix}")
-            function = ir.Function(self.module, ir.FunctionType(result, arguments), own)
-            for argument, kind in zip(function.args, arguments, strict=True):
+            function = Function(self.module, ir.FunctionType(result, arguments), own)
+            for k, kind in enumerate(arguments):
                 if isinstance(kind, RecordPointer):  # its fields may be loaded before they are needed
-                    argument.add_attribute("nonnull")
-                    argument.attributes.dereferenceable = kind.record.size
+                    function.of_arguments[k] = f"nonnull dereferenceable({kind.record.size}) "
             if internal or not name:
-                function.linkage = "internal"
+                function.linkage = "internal "
             # calls are not inlined: large modules then compile quickly
-            function.attributes.add("noinline")
-            function.attributes.add("nounwind")
+            function.attributes |= {"noinline", "nounwind"}
             self._declared[key] = function
             self._kept.append(compiled)
             self.waiting.append((compiled, function, lanes))
@@ -144,9 +137,7 @@ class Unit:
                 cure = "np.array(..., dtype=float) or dtype=np.int64 makes one."
                 raise Refusal("a table of numbers", cure, f"a table of {numbers.dtype}")
             array = ir.ArrayType(kind, numbers.size)
-            table = ir.GlobalVariable(self.module, array, self._name(f"table.{name}"))
-            table.linkage, table.global_constant = "internal", True
-            table.initializer = array([constant(x.item(), kind) for x in numbers.flat])
-            self._tables[id(numbers)] = table
+            content = array([constant(x.item(), kind) for x in numbers.flat])
+            self._tables[id(numbers)] = ConstantTable(self.module, content, self._name(f"table.{name}"))
             self._kept.append(numbers)
         return self._tables[id(numbers)]

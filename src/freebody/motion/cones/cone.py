@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
+from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root, warm
 from .block_rows import add, along
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
@@ -76,7 +76,6 @@ def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
         project(problem, a, y, x)
 
 
-@hot
 @compiled
 def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
     """Set G to ∂P/∂y H, both stored as the rows of the problem. The rows of a contact cover the same blocks."""
@@ -104,7 +103,7 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
                 )
 
 
-@hot
+@warm
 @compiled
 def add_all(problem: ContactProblem) -> None:
     """Set v to Σ X x."""
@@ -121,7 +120,6 @@ def rate(problem: ContactProblem, a: int) -> float:
     return problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
 
 
-@hot
 @compiled
 def residual(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws at v, relative to the reference; set the rates r."""
@@ -132,7 +130,7 @@ def residual(problem: ContactProblem) -> float:
     return violation(problem)
 
 
-@hot
+@warm
 @compiled
 def violation(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
@@ -190,7 +188,7 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
                 slope[i + m] = other - p * (dz - f * along_e) - f * normal
 
 
-@hot
+@warm
 @compiled
 def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.

@@ -8,7 +8,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, room
+from ...native.instructions import Reals, call, compiled, greater, hot, room, warm
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import FAR
@@ -19,6 +19,7 @@ P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
 
 
+@hot
 @compiled
 def seek(of: Families, t: float, y: Reals, limit: float) -> None:
     """Find the pairs whose gaps are at most ``limit`` at a state, or that stay closed.
@@ -66,6 +67,7 @@ def joined(members: Members, a: int, b: int) -> int:
     return 0
 
 
+@warm
 @compiled
 def of_one_side(of: Families, i: int, j: int) -> int:
     """Return 1 if two members of a family stand on one body, or in one group that does not touch itself."""
@@ -123,6 +125,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         pairs.touch[slot, n] = found[n]
 
 
+@hot
 @compiled
 def place_in_past(pairs: Pairs, number: int) -> int:
     """Return the place of the first point of a pair among those that pressed in the last step, -1 if there is none."""
@@ -143,6 +146,7 @@ def stays(pairs: Pairs, number: int) -> int:
     return pairs.stays[p] if p >= 0 else 0
 
 
+@warm
 @compiled
 def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
@@ -162,6 +166,7 @@ def spread(of: Families, first: int, second: int, number: int, limit: float) -> 
                     pairs.touch[slot, n] = found[n]
 
 
+@warm
 @compiled
 def turn(found: Reals, up: Reals) -> None:
     """Set the tangents to the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
@@ -177,6 +182,7 @@ def turn(found: Reals, up: Reals) -> None:
     found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -s * (x * y * share), s * (1.0 - y * y * share), -y
 
 
+@warm
 @compiled
 def arrange(pairs: Pairs) -> None:
     """Sort the pairs by their ids (Shell's method)."""
@@ -198,6 +204,7 @@ def arrange(pairs: Pairs) -> None:
 # -- rows ------------------------------------------------------------------------------------------------
 
 
+@hot
 @compiled
 def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end."""
@@ -232,6 +239,7 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     return r
 
 
+@hot
 @compiled
 def press(
     links: Links, blocks: Blocks, r: int, link: int, point: Reals, e: Reals, sign: float, W: Reals
@@ -271,6 +279,7 @@ def rate(of: Families, slot: int, e: Reals) -> float:
     )
 
 
+@hot
 @compiled
 def along(links: Links, link: int, point: Reals, e: Reals) -> float:
     """Return the velocity along e of the point of a link that is at a place now."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, root
+from ...native.instructions import Reals, compiled, root, warm
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
@@ -116,6 +116,7 @@ def adhere(run: Run) -> None:
             run.pressing[0] -= A * run.rates[r]
 
 
+@warm
 @compiled
 def normalize(machine: Machine, y: Reals) -> None:
     """Divide each quaternion of a state by its norm."""
@@ -126,6 +127,7 @@ def normalize(machine: Machine, y: Reals) -> None:
             q[j] /= length
 
 
+@warm
 @compiled
 def put_speeds(machine: Machine, y: Reals, u: Reals) -> None:
     """Write speeds in block order into a state."""

@@ -20,6 +20,7 @@ from typing import Any
 from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, intrinsic, lanes_of, wide
+from ...native.builder import ConstantTable, Function
 from ...native.functions import Inlined, Instruction, instruction
 from ...native.instructions import Integers, Parts, Reals, Row, compiled, lanes, reals_at, shifted
 from ...native.translation import parts
@@ -264,9 +265,7 @@ def loop(
     def vectors(builder: Any, count: Any) -> Any:
         """Memory for so many vectors."""
         with builder.goto_entry_block():
-            memory = builder.alloca(T, max(count.constant, 1))
-        memory.align = 64
-        return memory
+            return builder.alloca(T, max(count.constant, 1), align=64)
 
     @instruction("Row", "Row", "Row", "Row")
     def of_lanes(builder: Any, *arrays: Any) -> None:
@@ -278,10 +277,9 @@ def loop(
         """A piece; it reads the values of earlier pieces through one pointer and writes its own through another."""
         module = builder.module
         kind = ir.FunctionType(ir.VoidType(), [T.as_pointer()] * 6)
-        functions = [ir.Function(module, kind, symbol[1:]) for symbol in pieces]
-        table = ir.GlobalVariable(module, ir.ArrayType(kind.as_pointer(), len(pieces)), f"{name}.pieces")
-        table.linkage, table.global_constant = "internal", True
-        table.initializer = table.type.pointee(functions)
+        functions = [Function(module, kind, symbol[1:]) for symbol in pieces]
+        addresses = ir.ArrayType(kind.as_pointer(), len(pieces))(functions)
+        table = ConstantTable(module, addresses, f"{name}.pieces")
         function = builder.load(builder.gep(table, [WHOLE(0), number]))
         builder.call(function, [*arrays, arrays[-1]])
 

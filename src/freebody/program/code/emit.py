@@ -17,9 +17,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, groupby
 
-from ...native.ir_text import FLAGS, ZEROS, literal, splat
 from ...native.records import WIDTH
 from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
+from .ir_text import FLAGS, ZEROS, literal, splat
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
 
 PIECE = 800

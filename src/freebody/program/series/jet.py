@@ -23,9 +23,9 @@ Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in adva
 
 from __future__ import annotations
 
-from ...native.ir_text import literal
 from ...native.records import WIDTH as LANES
 from ..code.emit import Module
+from ..code.ir_text import literal
 from ..code.lower import Program
 from .combining import combined
 from .recurrence import ONE, Number, Product, Recurrence

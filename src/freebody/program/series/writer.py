@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...native.ir_text import Lines, literal, splat
 from ...native.records import WIDTH
 from ..code.emit import Module
+from ..code.ir_text import Lines, literal, splat
 from .recurrence import Node, Number, Recurrence
 
 ORDER = 2 * WIDTH
