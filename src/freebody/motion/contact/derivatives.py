@@ -371,9 +371,10 @@ class _Following:
         n_q = slopes.model.n_q
         seen = slopes.look(hit.t, hit.after)
         rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
-        change = slopes.mass(hit.t, hit.after) @ (after - hit.after)[n_q : self.moved]
+        M, G = slopes.mass(hit.t, hit.after)
+        change, pushed = M @ (after - hit.after)[n_q : self.moved], np.vstack([seen.matrix[rows], G])
         result = np.zeros(scene.rows)
-        result[rows] = np.linalg.lstsq(seen.matrix[rows].T, change, rcond=1e-11)[0]
+        result[rows] = np.linalg.lstsq(pushed.T, change, rcond=1e-11)[0][: len(rows)]
         return result
 
 

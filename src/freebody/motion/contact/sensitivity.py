@@ -20,6 +20,7 @@ from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,
     check_sensitive,
+    check_start,
     check_unswitched,
     slopes_of,
 )
@@ -60,11 +61,7 @@ def check_touching(request: Request) -> None:
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
             f"'{model.name}'. {CURE_OF_MACHINES}"
         )
-    if model.constraints:
-        raise NoDerivativesError(
-            f"Expected a machine without constraints for sensitivities= with contacts, but '{model.name}' has "
-            f"{', '.join(map(repr, model.constraints))}. {CURE_OF_MACHINES}"
-        )
+    check_start(request)
     if request.impacts != "simultaneous":
         raise NoDerivativesError(
             f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."

@@ -138,13 +138,24 @@ class Slopes:
 
     def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivative of M w along a direction."""
-        return self._output("machine", t, y, w, s, tau, dp)[-self.model.n_u :]
+        return self._machine(t, y, w, s, tau, dp)[self.model.n_u :][: self.model.n_u]
 
-    def mass(self, t: float, y: Array) -> Array:
-        """Return M."""
-        n = self.model.n_u
-        zero = np.zeros(self.moved)
-        return self._output("mass", t, y, zero[:n], zero, 0.0, np.zeros(len(self.symbols))).reshape(n, n)
+    def of_conditions(self, t: float, y: Array, s: Array, tau: float, dp: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the rates of the machine's own conditions, and of G, along a direction."""
+        n, w = self.model.n_u, np.zeros(self.model.n_u)
+        own = len(self.kernels.active)
+        G = self._machine(t, y, w, s, tau, dp)[2 * n + own :].reshape(own, n)
+        return self._output("rates", t, y, w, s, tau, dp), G
+
+    def mass(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return M, and G of the machine's own conditions."""
+        n, zero = self.model.n_u, np.zeros(self.moved)
+        found = self._output("mass", t, y, zero[:n], zero, 0.0, np.zeros(len(self.symbols))).reshape(-1, n)
+        return found[:n], found[n:]
+
+    def _machine(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
+        """Return the derivatives of h - Q, M w, γ and G along a direction."""
+        return self._output("machine", t, y, w, s, tau, dp)[self.model.n_q :]
 
     def _output(self, name: str, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         program = candidate_slopes(self.scene.candidates, self.symbols)

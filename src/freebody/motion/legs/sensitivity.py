@@ -60,12 +60,17 @@ def check_sensitive(request: Request) -> None:
         raise SimulationError(
             f"Expected one of {', '.join(map(repr, allowed))} for sensitivities=, got method={method!r}."
         )
-    if model.constraints and request.project:
+    check_start(request)
+    check_unswitched(request)
+
+
+def check_start(request: Request) -> None:
+    """Refuse a start that is moved onto the constraints."""
+    if request.model.constraints and request.project:
         raise SimulationError(
             "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
-    check_unswitched(request)
 
 
 def check_unswitched(request: Request) -> None:
