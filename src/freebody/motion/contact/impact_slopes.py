@@ -7,9 +7,10 @@ A change (σ, τ, dp) of the state before, of the time and of the unknowns gives
     M (σ⁺ - σ⁻) + d(M Δu) = Σ Λ dW + Wᵀ dΛ + Σ Λ_c dG + Gᵀ dΛ_c,    G σ⁺ = -d(G u⁺ + γ),    dv_N⁺ = -e dv_N⁻ - de v_N⁻,
     dv_T⁺ = 0 or dΛ_T = -μ d dΛ_N - Λ_N (dμ d + μ (1 - d dᵀ)/|v_T⁺| dv_T⁺)
 
-with the impulses Λ_c of the machine's own conditions G u + γ = 0; this is linear in σ⁺, dΛ and dΛ_c. Poisson's law is a compression (e = 0), and an expansion in which a contact presses with
-e Λ_C or has v_N⁺ = 0. What resists rolling and spinning has Λ_N of its contact, and friction in a joint the impulse P
-of its reaction in place of Λ_N (`loaded_slopes`).
+with the impulses Λ_c of the machine's own conditions G u + γ = 0. This is linear in σ⁺, dΛ and dΛ_c. Poisson's law is
+a compression (e = 0), and an expansion in which a contact presses with e Λ_C or has v_N⁺ = 0. What resists rolling and
+spinning has Λ_N of its contact, and friction in a joint the impulse P of its reaction in place of Λ_N
+(`loaded_slopes`).
 
 Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), section 7.1.3.
 """
@@ -144,7 +145,7 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
     W, (M, G) = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
     A = _equations(laws, rows, W, M, G)
     left = M @ (hit.after - hit.before)[n_q : n_q + n] - hit.impulses @ W
-    own = np.linalg.lstsq(G.T, left, rcond=None)[0]
+    own: Any = np.linalg.lstsq(G.T, left, rcond=None)[0]
     scale = np.abs(A).max(axis=1)
     scale[scale == 0] = 1
     result, forces = sigma.copy(), np.zeros((len(sigma), slopes.scene.rows))
@@ -192,9 +193,7 @@ def _equations(laws: list[Law], rows: list[int], W: Array, M: Array, G: Array) -
     return A
 
 
-def _right(
-    slopes: Slopes, hit: Impact, laws: list[Law], own: Array, s: Array, tau: float, j: int
-) -> Array:
+def _right(slopes: Slopes, hit: Impact, laws: list[Law], own: Any, s: Array, tau: float, j: int) -> Array:
     """Return the right-hand sides for a change with the unknown j, without M σ⁻; ``own`` is Λ_c."""
     n_q, n, scene = slopes.model.n_q, slopes.model.n_u, slopes.scene
     dp, still = slopes.seeds[j], np.concatenate([s[:n_q], np.zeros(n)])

@@ -16,15 +16,16 @@ from ..ending import End
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.program import Program
 from ..kernels.switches import value_of
+from ..legs.blow import blows_of
+from ..legs.blow_slopes import check_blow
+from ..legs.loaded_joints import check_blows
 from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,
     check_sensitive,
     check_start,
-    check_unswitched,
     slopes_of,
 )
-from ..legs.switch_slopes import switching_laws
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
@@ -55,7 +56,7 @@ def has_events(request: Request) -> bool:
 
 def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
-    model = request.model
+    model, blows = request.model, blows_of(request.impulses)
     if model.patches:
         raise NoDerivativesError(
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
@@ -66,7 +67,9 @@ def check_touching(request: Request) -> None:
         raise NoDerivativesError(
             f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."
         )
-    check_unswitched(request)
+    check_blows(model, blows, "its motion has derivatives")
+    for blow in blows:
+        check_blow(blow)
 
 
 def sensitive_touching_motion(request: Request) -> Trajectory:
@@ -92,13 +95,12 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     first = start_slopes(
         kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
     )
-    slopes, variation = Slopes(kernels, unknowns, numbers), Variation(kernels, unknowns)
+    slopes, variation = Slopes(kernels, unknowns, kernels.parameters(numbers)), Variation(kernels, unknowns)
     with problem.progress() as between:
         trajectory, history = touching_motion_of(problem, between)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
-        laws = switching_laws(variation, slopes.parameters)
-        followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
+        followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
     course = cast(Touching, trajectory.course)
     trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))
     return trajectory
@@ -208,8 +210,8 @@ class TouchingNumbers:
                 f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
                 "motion.sensitivity.times(contact)."
             )
-        row, f, _ = self._before(crossing.time)
-        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+        row, f, of = self._before(crossing.time)
+        n, zero = of.moved, np.zeros(len(of.symbols))
         program, y = motion.kernels.expressions((quantity,)), row[None, :n]
         (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
         if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
@@ -218,9 +220,9 @@ class TouchingNumbers:
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        (rate,) = self._observed(quantity, crossing.time, row[:n], f, 1.0, zero)
-        ways = [self._observed(quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-                for j, dp in enumerate(self.of.seeds)]  # fmt: skip
+        (rate,) = self._observed(of, quantity, crossing.time, row[:n], f, 1.0, zero)
+        ways = [self._observed(of, quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+                for j, dp in enumerate(of.seeds)]  # fmt: skip
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
@@ -228,49 +230,54 @@ class TouchingNumbers:
             )
         return -np.array(ways) / rate
 
-    def _total(self, quantity: Expression, t: float, last: tuple[Array, Array], shift: Array) -> Array:
-        row, f = last
-        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+    def _total(
+        self, quantity: Expression, t: float, last: tuple[Array, Array, Slopes], shift: Array
+    ) -> Array:
+        row, f, of = last
+        n, zero = of.moved, np.zeros(len(of.symbols))
         ways = [
-            self._observed(quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-            for j, dp in enumerate(self.of.seeds)
+            self._observed(of, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+            for j, dp in enumerate(of.seeds)
         ]
-        (rate,) = self._observed(quantity, t, row[:n], f, 1.0, zero)
+        (rate,) = self._observed(of, quantity, t, row[:n], f, 1.0, zero)
         return np.array(ways) + rate * shift
 
-    def _last(self, t: float) -> tuple[Array, Array]:
+    def _last(self, t: float) -> tuple[Array, Array, Slopes]:
         segment = self.followed.path.segments[-1]
-        row = segment.path.states[-1]
-        return row, self.of.velocity(segment.kernels, t, row[: self.of.moved + 2])
+        row, of = segment.path.states[-1], _slopes(segment)
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), of
 
-    def _before(self, t: float) -> tuple[Array, Array, Any]:
+    def _before(self, t: float) -> tuple[Array, Array, Slopes]:
         """Return the state with its derivatives, and the rates, at a time, before what may happen then."""
-        segments = self.followed.path.segments
-        k = next(i for i, segment in enumerate(segments) if segment.path.end >= t)
-        row = segments[k].path.sample(np.array([t]))[0]
-        return row, self.of.velocity(segments[k].kernels, t, row[: self.of.moved + 2]), segments[k]
+        segment = next(one for one in self.followed.path.segments if one.path.end >= t)
+        row, of = segment.path.sample(np.array([t]))[0], _slopes(segment)
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), of
 
     # -- programs ----------------------------------------------------------------------------------
 
     def slopes(self, quantity: Expression, times: Array) -> Array:
         """Return the derivatives of a quantity at times, shape (times, unknowns)."""
-        states = self.states if times is self.motion.t else self.followed.path.sample(times)
+        path, states = self.followed.path, self.states
+        if times is not self.motion.t:
+            states = path.sample(times)
         n, result = self.of.moved, np.empty((len(times), len(self.of.unknowns)))
-        for j, dp in enumerate(self.of.seeds):
-            s = states[:, n + 2 + j * n :][:, :n]
-            given = np.hstack([states[:, :n], s, np.zeros((len(times), 1)), np.tile(dp, (len(times), 1))])
-            result[:, j] = self._values(quantity, times, given)[:, 0]
+        for k, chosen in path.split(times):
+            of, t, y = _slopes(path.segments[k]), times[chosen], states[chosen]
+            for j, dp in enumerate(of.seeds):
+                s = y[:, n + 2 + j * n :][:, :n]
+                given = np.hstack([y[:, :n], s, np.zeros((len(t), 1)), np.tile(dp, (len(t), 1))])
+                result[chosen, j] = self._values(of, quantity, t, given)[:, 0]
         return result
 
     def _observed(
-        self, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
+        self, of: Slopes, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
     ) -> Sequence[float]:
         given = np.concatenate([y, s, [tau], dp])[None]
-        return cast(Sequence[float], self._values(quantity, np.array([t]), given)[0])
+        return cast(Sequence[float], self._values(of, quantity, np.array([t]), given)[0])
 
-    def _values(self, quantity: Expression, times: Array, given: Array) -> Array:
+    def _values(self, of: Slopes, quantity: Expression, times: Array, given: Array) -> Array:
         program = self._program(quantity)
-        return observe(program.address("slope"), 1, times, given, program.constants(self.of.parameters))
+        return observe(program.address("slope"), 1, times, given, program.constants(of.parameters))
 
     def _program(self, quantity: Expression) -> Program:
         slopes, model = self.of, self.of.model
@@ -297,3 +304,8 @@ class TouchingNumbers:
 
         key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
         return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))
+
+
+def _slopes(segment: Any) -> Slopes:
+    """Return the derivatives with the values of the parameters in a phase."""
+    return cast(Slopes, segment.path.slopes)

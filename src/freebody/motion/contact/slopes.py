@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import SimulationError
 from ...native import loop
 from ..kernels.kernels import Kernels
+from ..legs.driven_slopes import inputs_of
 from ..legs.variation import Unknown
 from ..ode.dense_output import Array, Rates, outputs_at
 from ..phase.candidate_slopes import candidate_slopes
@@ -40,29 +41,29 @@ class Direction(NamedTuple):
 
 
 class Slopes:
-    """The derivatives of a run by its unknowns, in any of its phases.
+    """The derivatives of a run by its unknowns, in any of its phases, while parameters have these values.
 
-    ``seeds``    change of each parameter among the unknowns with each unknown, shape (unknowns, parameters)
+    ``symbols``  parameters among the unknowns, and those that controllers set
+    ``seeds``    change of each of these with each unknown, shape (unknowns, symbols)
     """
 
-    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown], numbers: Mapping[str, float]) -> None:
-        self.kernels, self.model, self.unknowns, self.numbers = (
-            kernels,
-            kernels.model,
-            tuple(unknowns),
-            numbers,
-        )
+    def __init__(
+        self, kernels: Kernels, unknowns: Sequence[Unknown], parameters: Array, seeds: Any = None
+    ) -> None:
+        self.kernels, self.model, self.unknowns = kernels, kernels.model, tuple(unknowns)
         self.scene: Scene = scene_of(kernels)
-        self.parameters = kernels.parameters(numbers)
-        self.symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
-        self.seeds = np.array([[float(x.symbol == p) for p in self.symbols] for x in self.unknowns])
-        self.seeds = self.seeds.reshape(len(self.unknowns), len(self.symbols))
+        self.parameters = parameters
+        symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
+        self.symbols = [*symbols, *(x for x in inputs_of(self.model) if x not in symbols)]
+        if seeds is None:
+            seeds = np.array([[float(x.symbol == p) for p in self.symbols] for x in self.unknowns])
+        self.seeds: Array = seeds.reshape(len(self.unknowns), len(self.symbols))
         self.moved = self.model.n_q + self.model.n_u
         self.starts = [0, *accumulate(self.scene.candidates.pattern.sizes)]
         self._constants: dict[int, tuple[PhaseSlopes, Array]] = {}
 
     def __reduce__(self) -> Any:
-        return Slopes, (self.kernels, self.unknowns, self.numbers)
+        return Slopes, (self.kernels, self.unknowns, self.parameters, self.seeds)
 
     @property
     def size(self) -> int:

@@ -54,7 +54,7 @@ Array = NDArray[np.float64]
 
 def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
-    model, method = request.model, request.method
+    method = request.method
     allowed = ("auto", *EXPLICIT, "gauss", "taylor")
     if method not in allowed:
         raise SimulationError(

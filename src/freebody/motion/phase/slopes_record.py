@@ -24,7 +24,7 @@ class PhaseSlopes(Record):
     ``given``                   their inputs: (q, u), ``w``, the direction ``s``, then ``rest``: τ and dp
     ``q_dot``, ``bias``, ``inertia``, ``gamma``, ``own_G``    outputs of ``machine``, one after another
     ``touch``                   outputs of the contacts, at the places of those of their own kernels
-    ``udot``, ``force``, ``multiplier``    derivatives of the accelerations, of the contact forces, and of the multipliers
+    ``udot``, ``force``, ``multiplier``    derivatives of the accelerations, contact forces and multipliers
     ``z``                       numbers for each speed
     ``forces``, ``firsts``      λ of each condition, and those that W = 1 gives; ``weights``: the last W
     ``shares``, ``first_leans``, ``turns``    what these change at once, and with W
@@ -93,8 +93,8 @@ def phase_slopes(
     own, all_own = len(scene.kernels.active), scene.candidates.own
     at, size = n_q + n, n + scene.rows + all_own
     it = PhaseSlopes.made(
-        n_q=n_q, n=n, own=own, all_own=all_own, rows=scene.rows, unknowns=len(seeds), symbols=m, contacts=len(scene.first),
-        most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
+        n_q=n_q, n=n, own=own, all_own=all_own, rows=scene.rows, unknowns=len(seeds), symbols=m,
+        contacts=len(scene.first), most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
         machine_outputs=n_q + 2 * n + own * (1 + n), contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
         conditions=all_own + scene.rows, of_bearings=of_bearings.size, of_borne=2 * (at + size) + 1 + m,
         of_bearing=2 * LOADED * loaded, loaded=loaded, loaded_squared=loaded * loaded,
