@@ -1,5 +1,6 @@
 """Messages of derivatives of motions with contacts: what has none, from when on, why, and the cure."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -44,8 +45,8 @@ def test_events_that_have_no_derivative():
     s, start = boxes(2)
     message = (
         r"The motion of 'boxes' has no derivatives by the unknowns of sensitivities= after t = 0.3192\d* s: "
-        "contact 'c0' and contact 'c1' come at the same time, but move apart if 'y0' changes. Ask for the derivatives of a "
-        "motion that ends before"
+        "contact 'c0' and contact 'c1' come at the same time, but move apart if 'y0' changes. Ask for the derivatives "
+        "of a motion that ends before"
     )
     refused(s, start, ["y0"], message)
     both = fb.simulate(s, 0.6, initial=start, sensitivities=["g"], samples=2)  # they go on together
@@ -130,6 +131,69 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     s.contact("wall", bar.point((0, -0.5, 0)), side, restitution=0.5, impact="poisson")
     message = "the load of a joint bounds the friction 'rub' in an impact by Poisson's law"
     refused(s, {"q": -0.5}, ["mu"], message)
+
+
+def pushed(law, **options):
+    """A cart that a controller pushes by a gain k."""
+    s = fb.System("cart")
+    s.parameters(k=4.0, u=0.0, T=0.1)
+    cart = s.body("cart", fb.particle(2))
+    s.force("push", s.slider("rail", s.ground, cart, axis="x", coordinate="x"), "u")
+    s.controller(law, "T", "u", name="law")
+    return s
+
+
+def test_controllers_without_derivatives():
+    start = {"x": 0.1}
+    message = (
+        "Controller 'law' has no derivatives by the unknowns of sensitivities= at t = 0 s: TypeError: must be real "
+        "number.* take arithmetic and NumPy's functions, such as np.sin\\(x\\), which keep them, in place of math"
+    )
+    refused(pushed(lambda t, x: math.sin(x["k"] * x["x"])), start, ["k"], message)
+    tie = "ArithmeticError: it compares 0.1 with the same number, and a derivative decides"
+    refused(pushed(lambda t, x: -1.0 if x["x"] >= 0.1 else 1.0), start, ["x"], tie)
+    calls = []
+
+    def counted(t, x):
+        calls.append(t)
+        return -x["k"] * x["x"] * len(calls)
+
+    message = (
+        "Controller 'law' gave -0.4 for 'u' at t = 0 s, and -4.4 when its function was called once more for the "
+        "derivatives of sensitivities=. It remembers something of another run: give it a method reset\\(\\)"
+    )
+    refused(pushed(counted), start, ["k"], message, until=0.95)
+    other = "one of 'auto', .* for sensitivities= beside signals, controllers or blows, got method='taylor'"
+    refused(pushed(lambda t, x: 0.0), start, ["k"], other, method="taylor")
+
+
+def test_samples_and_blows_that_pass_the_end():
+    s = pushed(lambda t, x: -x["k"] * x["x"])
+    message = (
+        "after t = 1 s: a sample of controller 'law' and the end of the run come at the same time, but .* 'T'"
+    )
+    refused(s, {"x": 0.1}, ["T"], message)
+    fb.simulate(s, "10*T", initial={"x": 0.1}, sensitivities=["T"])  # the end moves with the sample
+    s, start = boxes()
+    s.parameters(T=0.1)
+    kick = fb.blow("T", at=s.bodies["b0"], impulse=(0, 1, 0), name="kick")
+    message = (
+        "after t = 0.1 s: blow 'kick' and the end of the run come at the same time, but move apart if 'T'"
+    )
+    refused(s, start, ["T"], message, until=0.1, impulses=[kick])
+
+
+def test_blows_without_derivatives():
+    s, start = boxes()
+    b = s.bodies["b0"]
+    both = fb.blow(0.1, at=b, moment=(0, 0, 1), normal=(0, 1, 0), restitution=0.5, name="kick")
+    refused(
+        s, start, ["e"], "a blow with restitution= or with moment= .* but 'kick' has both", impulses=[both]
+    )
+    s, start = boxes()
+    top = fb.blow("(y0 - 0.5)**3", at=s.bodies["b0"], impulse=(0, 1, 0), name="kick")
+    message = "after t = 0.05.* s: what calls for blow 'kick' only touches zero there"
+    refused(s, {"y0": 0.3, "y0'": 4.0}, ["y0"], message, impulses=[top])
 
 
 def test_quantities_without_derivatives():

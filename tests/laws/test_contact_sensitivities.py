@@ -7,6 +7,7 @@ import sympy
 
 import freebody as fb
 from contact_scenes import plane_scene, space_scene
+from differences import check_differences
 from freebody.motion.contact.slopes import NoDerivativesError
 
 H, TOLERANCE = 1e-6, 1e-11
@@ -265,21 +266,7 @@ def shaken_box():
 def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
     """Of compliant contacts, friction in joints and adhesion, by differences of the fourth order."""
     s, start, until = scene(*given)
-    options = {"tolerance": 1e-13, "samples": 2}
-    motion = fb.simulate(s, until, initial=start, sensitivities=list(names), **options)
-    for name in names:
-        value = start[name] if name in start else float(motion.values[name])
-        h, ends = 1e-5 * max(abs(value), 1e-3), []
-        for k in (1, -1, 2, -2):
-            change = {name: value + k * h}
-            changed = {"initial": start | change} if name in start else {"initial": start, "values": change}
-            ends.append(fb.simulate(s, until, **changed, **options).states[-1])
-        expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * h)
-        found = np.array([motion.sensitivity[x, name][-1] for x in motion.names])
-        n = len(found)
-        # each step has its round-off, and differences that of all steps
-        noise = motion.path.steps * np.finfo(float).eps * np.abs(ends).max() / h
-        assert np.abs(found - expected[:n]).max() <= 1e-6 * np.abs(expected[:n]).max() + noise
+    check_differences(s, until, names, initial=start)
 
 
 @pytest.mark.slow

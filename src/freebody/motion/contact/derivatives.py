@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .history import Entry, History
-from .impact_slopes import Impact, after_impact, impact_slope
+from .impact_slopes import Impact, after_impact, bounces_taken
 from .saltation import After, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -187,6 +187,7 @@ class _Following:
                 sigma = after_impact(self.slopes, hits[-1], sigma, tau)
             elif entry.kind == event_run.TOLD:
                 sigma = after_blow(self.slopes, self.struck(entry), sigma, tau)
+                hits.clear()  # bounces before it have not ended
             elif entry.kind == event_run.OTHER_VALUES:
                 self.slopes = self.changed(entry, sigma, tau)
             jumps |= entry.kind in JUMPS
@@ -195,7 +196,8 @@ class _Following:
             length = t - straight[0].path.start
             ways = [slopes.along(phase, t, y, *one) for one in zip(sigma, tau, slopes.seeds, strict=True)]
             sigma = sigma + length * np.array([way.rates for way in ways])
-        sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
+        if hits:
+            sigma = bounces_taken(slopes, hits[-1], (y, phase, bool(straight)), sigma, tau)
         stopped = [
             k for k, why in events.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
         ]
@@ -237,9 +239,6 @@ class _Following:
             tau = found[0][1]
         for name, other in found[1:]:
             self.check_together(t, (found[0][0], name), other - tau, np.abs(other) + np.abs(tau))
-        if last is None:
-            for name, _ in found:
-                self.check_together(t, ("the start", name), tau, np.abs(tau))
         if t >= self.problem.end:
             self.check_end(others)
         self.happened += [Happened(t, slopes.model.contacts[k].name, tau) for k in events]
@@ -391,42 +390,6 @@ class _Following:
             at += 2 + size
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
         return Impact(t, before, after, chosen, impulses, part, still)
-
-    def bounces_taken(
-        self, hits: list[Impact], y: Array, phase: Any, sigma: Array, tau: Array, straight: list[Segment]
-    ) -> Array:
-        """Return derivatives after the rest of bounces is taken away from contacts that stay closed after an impact."""
-        if not hits:
-            return sigma
-        hit, slopes, scene = hits[-1], self.slopes, self.scene
-        restitution = hit.part * slopes.look(hit.t, hit.before).restitution
-        still = slopes.look(hit.t, hit.after)
-        taken = [
-            k for k in hit.chosen
-            if phase.modes[k] != "open" and restitution[k] > 0 and abs(still.rate[scene.first[k]]) > hit.still
-        ]  # fmt: skip
-        if not taken:
-            return sigma
-        closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
-        if straight:
-            raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
-        change = y.copy()
-        change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
-        impulses = self.impulses_between(hit, change, closed)
-        rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed, taken=True)
-        return impact_slope(slopes, rest, sigma, tau)[0]
-
-    def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
-        """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
-        slopes, scene = self.slopes, self.scene
-        n_q = slopes.model.n_q
-        seen = slopes.look(hit.t, hit.after)
-        rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
-        M, G = slopes.mass(hit.t, hit.after)
-        change, pushed = M @ (after - hit.after)[n_q : self.moved], np.vstack([seen.matrix[rows], G])
-        result = np.zeros(scene.rows)
-        result[rows] = np.linalg.lstsq(pushed.T, change, rcond=1e-11)[0][: len(rows)]
-        return result
 
 
 def _notes(entry: Entry, contacts: int) -> list[list[int]]:

@@ -26,6 +26,7 @@ from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
+from ..phase.scene import Phase
 from ..phase.snapshot import Snapshot
 from .slopes import Slopes, refused
 
@@ -302,3 +303,44 @@ def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Sn
         return law
     way = slip / size
     return law._replace(way=way, turn=(np.eye(n) - np.outer(way, way)) / size)
+
+
+# -- bounces ---------------------------------------------------------------------------------------------
+
+
+def bounces_taken(
+    slopes: Slopes, hit: Impact, start: tuple[Array, Phase, bool], sigma: Array, tau: Array
+) -> Array:
+    """Return derivatives after the rest of bounces is taken away from contacts that stay closed after an impact.
+
+    ``start`` is that of the next phase: its state, its modes, and whether straight steps lead to it.
+    """
+    (y, phase, straight), scene = start, slopes.scene
+    restitution = hit.part * slopes.look(hit.t, hit.before).restitution
+    still = slopes.look(hit.t, hit.after)
+    taken = [
+        k for k in hit.chosen
+        if phase.modes[k] != "open" and restitution[k] > 0 and abs(still.rate[scene.first[k]]) > hit.still
+    ]  # fmt: skip
+    if not taken:
+        return sigma
+    closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
+    if straight:
+        raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
+    change = y.copy()
+    change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
+    impulses = _impulses_between(slopes, hit, change, closed)
+    rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed, taken=True)
+    return impact_slope(slopes, rest, sigma, tau)[0]
+
+
+def _impulses_between(slopes: Slopes, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
+    """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
+    scene, n_q = slopes.scene, slopes.model.n_q
+    seen = slopes.look(hit.t, hit.after)
+    rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    M, G = slopes.mass(hit.t, hit.after)
+    change, pushed = M @ (after - hit.after)[n_q : slopes.moved], np.vstack([seen.matrix[rows], G])
+    result = np.zeros(scene.rows)
+    result[rows] = np.linalg.lstsq(pushed.T, change, rcond=1e-11)[0][: len(rows)]
+    return result

@@ -10,10 +10,11 @@ from typing import Any, cast
 import numpy as np
 
 from ...dynamics import State, kinetic_energy, potential_energy
-from ...errors import SimulationError, nearest
+from ...errors import NoDerivativesError, SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
 from ..kernels.contact_quantities import OfContacts
+from ..kernels.methods import check_method_of_phases
 from ..kernels.program import Program
 from ..kernels.switches import value_of
 from ..legs.blow import blows_of
@@ -38,7 +39,7 @@ from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
 from .motion import touching_motion_of
-from .slopes import NoDerivativesError, Slopes
+from .slopes import Slopes
 
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
@@ -46,12 +47,7 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy")
 
 def check_derivable(request: Request) -> None:
     """Refuse motions without derivatives, with contacts or without."""
-    (check_touching if has_events(request) else check_sensitive)(request)
-
-
-def has_events(request: Request) -> bool:
-    """Return True for a motion from event to event of contacts."""
-    return bool(request.model.contacts) and request.method != "timestepping"
+    (check_touching if request.in_phases else check_sensitive)(request)
 
 
 def check_touching(request: Request) -> None:
@@ -63,6 +59,10 @@ def check_touching(request: Request) -> None:
             f"'{model.name}'. {CURE_OF_MACHINES}"
         )
     check_start(request)
+    if not model.contacts:
+        check_method_of_phases(
+            request.method, request.step, "sensitivities= beside signals, controllers or blows"
+        )
     if request.impacts != "simultaneous":
         raise NoDerivativesError(
             f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import SimulationError
+from ...errors import NoDerivativesError
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..legs.driven_slopes import inputs_of
@@ -26,10 +26,6 @@ CURE = (
     "Ask for the derivatives of a motion that ends before, by unknowns that do not change this event, or take "
     "differences of runs with values= that differ."
 )
-
-
-class NoDerivativesError(SimulationError):
-    """A motion without derivatives by the unknowns."""
 
 
 class Direction(NamedTuple):

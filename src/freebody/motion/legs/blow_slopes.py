@@ -23,7 +23,7 @@ import numpy as np
 from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.kinematics import point_velocity
 from ...dynamics.state import State
-from ...errors import SimulationError
+from ...errors import NoDerivativesError
 from ...scalar.algebra import ZERO, divide, dot
 from ...scalar.dual import slope_of, value_of
 from ..ode.dense_output import Array
@@ -45,7 +45,7 @@ class Struck(NamedTuple):
 def check_blow(blow: Blow) -> None:
     """Refuse a blow whose law has no derivatives here."""
     if blow.options["restitution"] is not None and blow.options["moment"] is not None:
-        raise SimulationError(
+        raise NoDerivativesError(
             f"Expected a blow with restitution= or with moment= for sensitivities=, but '{blow.name}' has both. Make "
             "it two blows at one time."
         )

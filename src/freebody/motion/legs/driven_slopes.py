@@ -15,7 +15,7 @@ import numpy as np
 
 from ...describe.controller import Controller
 from ...dynamics.state import State
-from ...errors import SimulationError
+from ...errors import NoDerivativesError, SimulationError
 from ...model import Model
 from ...scalar.algebra import floats
 from ...scalar.dual import DualField, NumericDual, slope_of, value_of
@@ -112,7 +112,7 @@ class DifferentiatedDrives(Drives):
         return [_numeric(state(expression)) for _, expression in sensors]
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
-        return SimulationError(
+        return NoDerivativesError(
             f"Controller '{controller.name}' has no derivatives by the unknowns of sensitivities= at t = "
             f"{value_of(t):.9g} s: {type(error).__name__}: {error}. Its function is called with numbers that carry "
             "derivatives: take arithmetic and NumPy's functions, such as np.sin(x), which keep them, in place of math, "
