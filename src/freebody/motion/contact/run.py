@@ -26,12 +26,12 @@ from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
-from ..legs.loaded_joints import check_blows, jammed, struck_load
 from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
 from ..start.fitting import refuse_misfits
+from ..start.loaded_joints import check_blows, jammed, struck_load
 from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.progress import Progress
 from .state import ContactRun

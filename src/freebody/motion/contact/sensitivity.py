@@ -19,7 +19,6 @@ from ..kernels.program import Program
 from ..kernels.switches import value_of
 from ..legs.blow import blows_of
 from ..legs.blow_slopes import check_blow
-from ..legs.loaded_joints import check_blows
 from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,
@@ -31,6 +30,7 @@ from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
 from ..request import Request, problem_of
+from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of

@@ -23,7 +23,6 @@ from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
-from ..legs.loaded_joints import check_blows
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -31,6 +30,7 @@ from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.fitting import refuse_misfits
 from ..start.initial import number
+from ..start.loaded_joints import check_blows
 from ..start.overlap import refuse_overlap, sides_of
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
