@@ -272,7 +272,7 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     gap, approach, slip = pair_quantities(
         rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]
     )
-    some = [parts[model.contacts[pair.start + k].name] for k in range(len(pair.kinds))]
+    some = [parts[model.contacts[k].name] for k in pair.places]
     forces = np.sum([part.least for part in some], axis=0)
     modes = np.array([part.mode for part in some])
     mode = np.where(

@@ -81,7 +81,7 @@ def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
-    for c in model.contacts:
+    for c in (*model.contacts, *(one for family in model.families for one in family.representatives)):
         moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
         if moving:
             raise SimulationError(
