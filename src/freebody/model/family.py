@@ -20,7 +20,7 @@ from ..scalar.algebra import IDENTITY, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
 from .patched import Patched, contacts_of, corners_on, parts_of, places_of
-from .resistance import resistances
+from .resistance import ROLLING, SPINNING, resistances
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,17 @@ class Family:
             return None
         return places[0], places[1]  # type: ignore[return-value]
 
+    def element(self, name: str) -> Contact | None:
+        """Return the contact of two members that has a name, or what resists its rolling or spinning."""
+        for base in (name, *(name.removesuffix(f"_{about}") for about in (ROLLING, SPINNING))):
+            pair = self.pair(base)
+            if pair is not None:
+                one = self.contact(*self.ordered(*pair))
+                return next(
+                    (x for x in (one, *self.resisting(one)) if x.name.endswith(name[len(base) :])), None
+                )
+        return None
+
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
         first, second = min(first, second), max(first, second)
@@ -151,9 +162,9 @@ def contact_named(model: Model, name: str) -> Contact | None:
         if contact.name == name:
             return contact
     for family in (*model.families, *model.unrolled):
-        pair = family.pair(name) if name.startswith(f"{family.name}[") else None
-        if pair is not None:
-            return family.contact(*family.ordered(*pair))
+        found = family.element(name) if name.startswith(f"{family.name}[") else None
+        if found is not None:
+            return found
     return None
 
 
