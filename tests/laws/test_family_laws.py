@@ -127,6 +127,37 @@ def test_moments_of_a_pair_are_opposite(options):
     assert motion.contacts[names[0]].mode[-1] == "stick" and motion.contacts[names[1]].mode[0] != "open"
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "timestepping", "step": 2e-3}])
+def test_reactions_and_files_know_the_moments(options, tmp_path):
+    """A ball on a carriage that is drawn over a floor: the moment that resists its rolling turns the carriage, too."""
+    found = []
+    for family in (False, True):
+        s = fb.System("carriage")
+        s.gravity = (0, 0, -G)
+        frame, body = s.body("frame", fb.box(1, (0.2, 0.2, 0.1))), s.body("ball", fb.sphere(1, R))
+        s.free("f", s.ground, frame)
+        s.weld("held", frame, body)
+        shapes = body.sphere(R), s.ground.plane(normal="z")
+        s.force("pull", frame.origin, (3, 0, 0), frame=s.ground)
+        laws = {"friction": 0.2, "rolling": 0.02, "spinning": 0.01}
+        if family:
+            s.contacts("floor", shapes, **laws)
+        else:
+            s.contact("floor", *shapes, **laws)
+        start = {"f_z": R, "f_wz": 2.0, "f_wy": 1.0}
+        motion = fb.simulate(s, 0.1, initial=start, samples=5, **options)
+        if family and options:
+            motion.save(tmp_path / "motion.nc")
+            again = fb.Trajectory.load(tmp_path / "motion.nc")
+            name = "floor[ball,ground]_rolling"
+            assert (again.contacts[name].tangential == motion.contacts[name].tangential).all()
+            assert (again.reactions["held"].moment == motion.reactions["held"].moment).all()
+        found.append(motion)
+    one, other = (motion.reactions["held"].moment for motion in found)
+    assert np.abs(one - other).max() < 1e-6 * np.abs(one).max()
+    assert np.abs(one[:, 2]).max() > 0.01  # it spins against its resistance
+
+
 def dice():
     s = fb.System("dice")
     s.parameters(d=0.01, mu=0.4)

@@ -317,7 +317,7 @@ def text_of_members(family: Family) -> str:
 
 def unrolled(model: Model, most: int) -> Model | None:
     """Return the model with the pairs of its families as contacts; None if they are more than ``most``."""
-    contacts, parameters, patches = list(model.contacts), list(model.parameters), list[Patched]()
+    contacts, parameters, patches, points = list(model.contacts), list(model.parameters), list[Patched](), 0
     for f, family in enumerate(model.families):
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
@@ -340,7 +340,8 @@ def unrolled(model: Model, most: int) -> Model | None:
                     found = corners_on(whole) if b.endless else parts_of(whole)
                 for contact in found:
                     contacts += [contact, *family.resisting(contact)]
-                if len(contacts) - len(model.contacts) > most:
+                points += len(found)
+                if points > most:
                     return None
     return replace(
         model,
