@@ -203,7 +203,7 @@ def test_quantities_without_derivatives():
         SimulationError, match="the first or the last value .* got 'max\\(x\\)': an extreme may lie at"
     ):
         motion.sensitivity["max(x)", "mu"]
-    for quantity in ("work", "floor.gap", "plane.force"):
+    for quantity in ("work", "floor.margin", "plane.force"):
         with pytest.raises(
             SimulationError, match=f"one of kinetic_energy, .* with contacts, got '{quantity}'"
         ):

@@ -186,6 +186,32 @@ def test_a_box_on_two_feet_begins_to_slip():
         assert motion.sensitivity.times(foot)[0] == pytest.approx([t / 0.36, -t / 20, t / 2], rel=1e-9)
 
 
+def test_forces_of_a_block():
+    """N = m g + F sin a, T = -μ N in slip; it is lifted by F t sin a, and its gap grows."""
+    s = fb.System("block")
+    m, mu, g, F = s.parameters(m=2.0, mu=0.3, g=G, F=6.0)
+    s.gravity = (0, -g, 0)
+    block = s.body("block", fb.particle(m))
+    s.chain("plane", s.ground, block, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", block.origin, s.ground.plane(), friction=mu)
+    s.force("pull", block.origin, (0, F * s.t, 0))
+    names, times = ["m", "mu", "F"], [0.5, 1.0, 4.0]
+    motion = fb.simulate(s, 4, initial={"x'": 9.0}, sensitivities=names, times=times, tolerance=1e-12)
+    for row, t in enumerate(times[:2]):
+        N = 2 * G - 6 * t
+        expected = {"normal": (G, 0, -t), "tangential": (-0.3 * G, -N, 0.3 * t), "gap": (0, 0, 0)}
+        for what, values in expected.items():
+            found = [motion.sensitivity[f"floor.{what}", name][row] for name in names]
+            assert found == pytest.approx(values, rel=1e-9, abs=1e-11), what
+    # from t₁ = m g/F on y = F (t - t₁)³/6m
+    first = 2 * G / 6
+    fly = 4 - first
+    by_F = fly**3 / 12 + 6 * fly**2 / 4 * first / 6
+    assert motion.sensitivity["floor.gap", "F"][-1] == pytest.approx(by_F, rel=1e-9)
+    assert motion.sensitivity["floor.normal", "F"][-1] == 0
+    assert motion.sensitivity["final(floor.gap)", "F"] == pytest.approx(by_F, rel=1e-9)
+
+
 def test_a_kick_changes_where_a_ball_lands():
     """h - g t²/2 + J/m (t - T) = 0."""
     s = ball()

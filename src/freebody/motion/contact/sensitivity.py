@@ -29,20 +29,25 @@ from ..legs.sensitivity import (
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
+from ..phase.scene import Phase
 from ..request import Request, problem_of
 from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.in_legs import phases_of
 from ..trajectory.outputs import OfContact, OfReaction
+from ..trajectory.phases import Segment
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
 from .motion import touching_motion_of
-from .slopes import Slopes
+from .slopes import Direction, Slopes
 
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
+OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip")
+"""Quantities of contacts that have derivatives."""
 
 
 def check_derivable(request: Request) -> None:
@@ -210,7 +215,8 @@ class TouchingNumbers:
                 f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
                 "motion.sensitivity.times(contact)."
             )
-        row, f, of = self._before(crossing.time)
+        row, f, segment = self._before(crossing.time)
+        of = _slopes(segment)
         n, zero = of.moved, np.zeros(len(of.symbols))
         program, y = motion.kernels.expressions((quantity,)), row[None, :n]
         (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
@@ -220,8 +226,8 @@ class TouchingNumbers:
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        (rate,) = self._observed(of, quantity, crossing.time, row[:n], f, 1.0, zero)
-        ways = [self._observed(of, quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+        (rate,) = self._observed(segment, quantity, crossing.time, row[:n], f, 1.0, zero)
+        ways = [self._observed(segment, quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
                 for j, dp in enumerate(of.seeds)]  # fmt: skip
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
@@ -231,27 +237,28 @@ class TouchingNumbers:
         return -np.array(ways) / rate
 
     def _total(
-        self, quantity: Expression, t: float, last: tuple[Array, Array, Slopes], shift: Array
+        self, quantity: Expression, t: float, last: tuple[Array, Array, Segment], shift: Array
     ) -> Array:
-        row, f, of = last
+        row, f, segment = last
+        of = _slopes(segment)
         n, zero = of.moved, np.zeros(len(of.symbols))
         ways = [
-            self._observed(of, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+            self._observed(segment, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
             for j, dp in enumerate(of.seeds)
         ]
-        (rate,) = self._observed(of, quantity, t, row[:n], f, 1.0, zero)
+        (rate,) = self._observed(segment, quantity, t, row[:n], f, 1.0, zero)
         return np.array(ways) + rate * shift
 
-    def _last(self, t: float) -> tuple[Array, Array, Slopes]:
+    def _last(self, t: float) -> tuple[Array, Array, Segment]:
         segment = self.followed.path.segments[-1]
         row, of = segment.path.states[-1], _slopes(segment)
-        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), of
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
 
-    def _before(self, t: float) -> tuple[Array, Array, Slopes]:
+    def _before(self, t: float) -> tuple[Array, Array, Segment]:
         """Return the state with its derivatives, and the rates, at a time, before what may happen then."""
         segment = next(one for one in self.followed.path.segments if one.path.end >= t)
         row, of = segment.path.sample(np.array([t]))[0], _slopes(segment)
-        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), of
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
 
     # -- programs ----------------------------------------------------------------------------------
 
@@ -262,16 +269,39 @@ class TouchingNumbers:
             states = path.sample(times)
         n, result = self.of.moved, np.empty((len(times), len(self.of.unknowns)))
         for k, chosen in path.split(times):
-            of, t, y = _slopes(path.segments[k]), times[chosen], states[chosen]
+            segment, t, y = path.segments[k], times[chosen], states[chosen]
+            of = _slopes(segment)
             for j, dp in enumerate(of.seeds):
                 s = y[:, n + 2 + j * n :][:, :n]
+                if isinstance(quantity, OfContact):
+                    rows = zip(t, y, s, strict=True)
+                    result[chosen, j] = [
+                        self._observed(segment, quantity, x, one[:n], way, 0.0, dp)[0] for x, one, way in rows
+                    ]
+                    continue
                 given = np.hstack([y[:, :n], s, np.zeros((len(t), 1)), np.tile(dp, (len(t), 1))])
                 result[chosen, j] = self._values(of, quantity, t, given)[:, 0]
+        if isinstance(quantity, OfContact) and quantity.what in ("normal", "tangential"):
+            result[self._indeterminate(quantity, times)] = np.nan
         return result
 
+    def _indeterminate(self, quantity: OfContact, times: Array) -> list[bool]:
+        """Return True for each time at which the motion does not determine a force of a contact."""
+        own, path = self.of.model.contacts, phases_of(self.motion)
+        k = [contact.name for contact in own].index(quantity.contact)
+        r = self.of.scene.first[k] + (1 + quantity.component if quantity.what == "tangential" else 0)
+        return [bool(path.segments[place].loose[r]) for place in path.places(times)]
+
     def _observed(
-        self, of: Slopes, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
+        self, segment: Segment, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
     ) -> Sequence[float]:
+        of = _slopes(segment)
+        if isinstance(quantity, OfContact):
+            if not segment.path.curved:  # the start of a straight step has no direction of slip yet
+                t, y = segment.path.end, segment.path.states[-1, : of.moved]
+            return [
+                of_contact(of, segment.kernels, quantity, t, y, of.along(segment.kernels, t, y, s, tau, dp))
+            ]
         given = np.concatenate([y, s, [tau], dp])[None]
         return cast(Sequence[float], self._values(of, quantity, np.array([t]), given)[0])
 
@@ -283,16 +313,11 @@ class TouchingNumbers:
         slopes, model = self.of, self.of.model
 
         def value(state: State) -> Scalar:
-            if not isinstance(quantity, str | OfContact | OfReaction):
+            if not isinstance(quantity, str | OfReaction):
                 return value_of(state, quantity)
             if quantity not in ENERGIES:
-                name = quantity
-                if not isinstance(quantity, str):
-                    owner = quantity.contact if isinstance(quantity, OfContact) else quantity.joint
-                    name = f"{owner}.{quantity.what}"
-                raise NoDerivativesError(
-                    "Expected a quantity of coordinates, speeds, time and parameters, or one of "
-                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{name}'."
+                raise without_derivative(
+                    quantity if isinstance(quantity, str) else f"{quantity.joint}.{quantity.what}"
                 )
             parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
             return sum(
@@ -304,6 +329,41 @@ class TouchingNumbers:
 
         key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
         return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))
+
+
+def of_contact(of: Slopes, phase: Phase, quantity: OfContact, t: float, y: Array, along: Direction) -> float:
+    """Return the derivative of a quantity of a contact along a direction, of which the derivatives of all are known.
+
+    Raises
+    ------
+    SimulationError
+        A quantity that has none: of forces with two coefficients, beyond the end of a side.
+    """
+    names = [contact.name for contact in of.model.contacts]
+    k, what = names.index(quantity.contact), quantity.what
+    at, own, contact = of.scene.first[k], of.own(along.touches, k), of.model.contacts[k]
+    is_open = phase.modes[k] == "open"
+    stretched = contact.friction_across is not None and what in ("tangential", "slip")
+    beyond = what in ("gap", "approach") and of.look(t, y).reach[k] < 0
+    if what not in OF_CONTACTS or stretched or beyond:
+        raise without_derivative(f"{quantity.contact}.{what}")
+    if what == "gap":
+        return float(own[0])
+    if what == "approach":
+        return -float(of.rates_of(own, k)[0]) if is_open or contact.compliant else 0.0
+    if what == "slip":
+        return float(of.rates_of(own, k)[1 + quantity.component])
+    place = at + (1 + quantity.component if what == "tangential" else 0)
+    return 0.0 if is_open else float(along.forces[place])
+
+
+def without_derivative(name: str) -> NoDerivativesError:
+    """Return the error for a quantity without a derivative."""
+    return NoDerivativesError(
+        "Expected a quantity of coordinates, speeds, time and parameters, one of "
+        f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
+        f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
+    )
 
 
 def _slopes(segment: Any) -> Slopes:

@@ -42,6 +42,11 @@ class VariationalPath:
     phase: Phase
 
     @property
+    def curved(self) -> bool:
+        """False for a straight step."""
+        return self.path.curved
+
+    @property
     def rates(self) -> Rates:
         """Right-hand side of the piece."""
         return self.path.rates
