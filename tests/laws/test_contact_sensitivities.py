@@ -148,6 +148,20 @@ def rolling_ball(space, law):
     return s, start, 1.3 if space else 0.59
 
 
+def slowing_ball(law):
+    """A ball that bounces, with friction that falls with its slip."""
+    s = fb.System("ball")
+    g = s.parameters(mu=0.4, c=0.3, e=0.6, g=9.81)[-1]
+    s.gravity = (0.1, 0.2, -g)
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    s.free("f", s.ground, ball)
+    floor = s.ground.plane(normal="z")
+    s.contact(
+        "floor", ball.sphere(0.1), floor, friction="mu*exp(-c*slip) + 0.05", restitution="e", impact=law
+    )
+    return s, {"f_z": 0.3, "f_vx": 3.0, "f_vy": 0.4, "f_wz": 5.0, "f_wx": 6.0}, 0.85
+
+
 def soft_rolling(space):
     """A ball that falls on a soft floor, slips, rolls against resistance, and leaves it."""
     s, start, until = soft_ball(
@@ -247,6 +261,8 @@ def shaken_box():
         pytest.param(pulled_ball, (), ("A", "mu", "d", "P"), marks=pytest.mark.slow),
         pytest.param(soft_rolling, (True,), ("k", "c", "mu", "d"), marks=pytest.mark.slow),
         pytest.param(shaken_box, (), ("mu", "F", "m"), marks=pytest.mark.slow),
+        (slowing_ball, ("poisson",), ("mu", "c", "e", "f_vx")),
+        pytest.param(slowing_ball, ("newton",), ("mu", "c", "e", "f_vx"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (False, "poisson"), ("d", "mu", "e", "x'"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (True, "newton"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),
         pytest.param(rolling_ball, (True, "poisson"), ("d", "ds", "mu", "e"), marks=pytest.mark.slow),

@@ -43,6 +43,7 @@ class Impact(NamedTuple):
 
     ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
     ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
+    ``origin``      its laws are those of another state, that before the compression, with its derivatives
     """
 
     t: float
@@ -54,6 +55,7 @@ class Impact(NamedTuple):
     still: float
     taken: bool = False
     compressed: Any = None
+    origin: Any = None
 
 
 class Law(NamedTuple):
@@ -102,9 +104,6 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
         return impact_slope(slopes, hit, sigma, tau)[0]
     for k in hit.chosen:
-        if contacts[k].slows:
-            what = f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on its slip"
-            raise refused(slopes, hit.t, what)
         if contacts[k].loaded:
             what = (
                 f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
@@ -113,9 +112,14 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     given, middle = compression(slopes, hit, seen), hit.before.copy()
     middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
     first = hit._replace(after=middle, impulses=given, part=0.0)
-    sigma, of_impulses = impact_slope(slopes, first, sigma, tau)
-    second = hit._replace(before=middle, impulses=hit.impulses - given, compressed=(given, of_impulses))
-    return impact_slope(slopes, second, sigma, tau)[0]
+    between, of_impulses = impact_slope(slopes, first, sigma, tau)
+    second = hit._replace(
+        before=middle,
+        impulses=hit.impulses - given,
+        compressed=(given, of_impulses),
+        origin=(hit.before, sigma),
+    )
+    return impact_slope(slopes, second, between, tau)[0]
 
 
 def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
@@ -208,6 +212,9 @@ def _right(slopes: Slopes, hit: Impact, laws: list[Law], own: Any, s: Array, tau
         touch = slopes.of_contact(k, hit.t, hit.before, s, tau, dp)
         after = slopes.rates_of(slopes.of_contact(k, hit.t, hit.after, still, tau, dp), k)
         of_laws = slopes.laws_of(touch, k)
+        if hit.origin is not None:
+            state, sigma = hit.origin
+            of_laws = slopes.laws_of(slopes.of_contact(k, hit.t, state, sigma[j], tau, dp), k)
         for r in range(at, at + 1 + scene.tangents[k]):
             first += hit.impulses[r] * slopes.row_entries(touch, r)
         if law.normal is not None and law.grown is None:
@@ -289,12 +296,12 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
 
 def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:
     """Return a law with its friction: stick, or slip along a direction."""
-    before, after = seen
+    state = hit.before if hit.origin is None else hit.origin[0]
     at, n, still = slopes.scene.first[k], slopes.scene.tangents[k], SLOW * hit.still
-    slip = after.rate[at + 1 : at + 1 + n]
-    rests = np.linalg.norm(before.rate[at + 1 : at + 1 + n]) <= hit.still and hit.compressed is None
+    slip = seen[1].rate[at + 1 : at + 1 + n]
+    rests = np.linalg.norm(slopes.look(hit.t, state).rate[at + 1 : at + 1 + n]) <= hit.still
     place = 3 if rests else 0
-    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, hit.before), k)[place])
+    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, state), k)[place])
     law = law._replace(friction=mu, place=place)
     if n == 0 or mu == 0:
         return law
