@@ -186,6 +186,33 @@ def test_a_box_on_two_feet_begins_to_slip():
         assert motion.sensitivity.times(foot)[0] == pytest.approx([t / 0.36, -t / 20, t / 2], rel=1e-9)
 
 
+def test_extremes_of_a_bouncing_ball():
+    """The speed is greatest after the impact, e √(2 g h), and smallest before it; of the second arc e² h is the top."""
+    names = ["h", "e", "g"]
+    motion = fb.simulate(ball(), 0.9, initial={"y": "h"}, sensitivities=names, samples=3, tolerance=1e-12)
+    v = np.sqrt(2 * G)
+    expected = {
+        "max(y')": (0.8 * v / 2, v, 0.8 * v / (2 * G)),
+        "min(y')": (-v / 2, 0, -v / (2 * G)),
+        "max(y)": (1, 0, 0),
+        "min(y)": (0, 0, 0),
+        "range(y')": (0.9 * v, v, 0.9 * v / G),
+    }
+    for what, values in expected.items():
+        found = [motion.sensitivity[what, name] for name in names]
+        assert found == pytest.approx(values, rel=1e-9, abs=1e-10), what
+    # y t is greatest in the second arc, where y = e v τ - g τ²/2 at t = T + τ
+    T, u = v / G, 0.8 * v
+    top = max(np.roots([-1.5 * G, 2 * u - G * T, u * T]).real)
+    t, y = T + top, u * top - G * top**2 / 2
+    rate = u - G * top
+    by = {"h": (T / 2, 0.8 * v / 2), "e": (0.0, v), "g": (-T / (2 * G), 0.8 * v / (2 * G))}
+    for name, (of_T, of_u) in by.items():
+        slope = of_u * top - rate * of_T - (top**2 / 2 if name == "g" else 0)
+        assert motion.sensitivity["max(t*y)", name] == pytest.approx(t * slope, rel=1e-8), name
+    assert motion.sensitivity["max(t*y)", "e"] == pytest.approx(t * v * top, rel=1e-8) and y > 0
+
+
 def test_forces_of_a_block():
     """N = m g + F sin a, T = -μ N in slip; it is lifted by F t sin a, and its gap grows."""
     s = fb.System("block")

@@ -23,13 +23,12 @@ from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, swit
 from ..legs.variation import Unknown, Variation
 from ..ode.dense_output import Array, Path, Rates
 from ..ode.integration import Integration
-from ..phase.scene import LIMIT, Phase
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .history import Entry, History
 from .impact_slopes import Impact, after_impact, bounces_taken
-from .saltation import After, check_passing, check_ties, event_slope, kept
+from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
@@ -56,11 +55,15 @@ class Happened(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """The derivatives of a motion: its path with (q, u, work, heat, s_1, s_2, ...), and times of events of contacts."""
+    """The derivatives of a motion: its path with (q, u, work, heat, s_1, s_2, ...), and times of events of contacts.
+
+    ``shifts``    start and end of each moment between two phases, and the derivatives of its time
+    """
 
     slopes: Slopes
     path: Phases
     happened: tuple[Happened, ...]
+    shifts: tuple[tuple[float, float, Array], ...]
 
 
 class Moment(NamedTuple):
@@ -104,6 +107,7 @@ class _Following:
         self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
         self.alike = max(ALIKE, 1e3 * self.tolerance)
         self.happened: list[Happened] = []
+        self.shifts: list[tuple[float, float, Array]] = []
         symbols = [Unknown(str(symbol), symbol) for symbol in slopes.symbols]
         self.variation = Variation(slopes.kernels, symbols)
         self.drives = DifferentiatedDrives(problem, slopes.unknowns) if slopes.model.switched else None
@@ -137,7 +141,9 @@ class _Following:
         # a last moment, with straight steps up to the end of the run
         rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
         segments += [self.straight(one, S) for one in rest]
-        return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
+        return Followed(
+            self.slopes, Phases(segments, self.history.status), tuple(self.happened), tuple(self.shifts)
+        )
 
     def refuse_jumps(
         self, laws: SwitchingLaws | None, piece: VariationalPath, switches: list[Switch]
@@ -175,10 +181,11 @@ class _Following:
         """Return the derivatives after a moment, and its straight steps; before it they are r - θ y'."""
         phase, t, y = segment.kernels, segment.path.start, segment.path.states[0]
         straight = [self.history.path.segments[k] for k in moment.straight]
-        self.check_modes(phase, moment, t)
+        check_modes(self.slopes, phase, t, len(straight))
         events, tau = self.times(last, moment, r, shifts, t)
         before = np.zeros(self.moved)
         if last is not None:
+            self.shifts.append((last.path.end, t, tau))
             before = self.slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
         sigma, hits, jumps = r + np.outer(tau - shifts, before), list[Impact](), bool(events)
         for entry in moment.entries:
@@ -210,16 +217,6 @@ class _Following:
             raise refused(slopes, t, "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
-
-    def check_modes(self, phase: Phase, moment: Moment, t: float) -> None:
-        """Raise for modes whose derivatives indeterminate forces decide."""
-        slopes = self.slopes
-        for k, mode in enumerate(phase.modes):
-            if mode.startswith(LIMIT):
-                what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
-                raise refused(slopes, t, what)
-        if len(moment.straight) > 2:
-            raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
     def times(
         self, last: Segment | None, moment: Moment, r: Array, shifts: Array, t: float

@@ -25,7 +25,7 @@ from ..events import event_run
 from ..events.event_run import STILL
 from ..ode.dense_output import Array, observe
 from ..phase.laws import CLOSED
-from ..phase.scene import Phase
+from ..phase.scene import LIMIT, Phase
 from ..trajectory.phases import Segment
 from .slopes import Slopes, refused
 
@@ -143,6 +143,16 @@ def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
             A = seen.matrix[rows] @ X.T
             result[j, n_q:] -= np.linalg.lstsq(A, wrong, rcond=1e-10)[0] @ X
     return result
+
+
+def check_modes(slopes: Slopes, phase: Phase, t: float, straight: int) -> None:
+    """Raise for modes whose derivatives indeterminate forces decide; ``straight`` steps lead to them."""
+    for k, mode in enumerate(phase.modes):
+        if mode.startswith(LIMIT):
+            what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
+            raise refused(slopes, t, what)
+    if straight > 2:
+        raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
 
 def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int]) -> None:

@@ -29,7 +29,6 @@ from ..legs.sensitivity import (
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
-from ..phase.scene import Phase
 from ..request import Request, problem_of
 from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
@@ -37,17 +36,17 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of
 from ..trajectory.in_legs import phases_of
 from ..trajectory.outputs import OfContact, OfReaction
+from ..trajectory.peaks import Peak, peaks
 from ..trajectory.phases import Segment
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
 from .motion import touching_motion_of
-from .slopes import Direction, Slopes
+from .slopes import ENERGIES, Slopes, of_contact, without_derivative
 
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
-ENERGIES = ("kinetic_energy", "potential_energy", "energy")
-OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip")
-"""Quantities of contacts that have derivatives."""
+ALIKE, SAME = 1e-9, 1e-6
+"""Relative differences up to which two values are equal, and their derivatives."""
 
 
 def check_derivable(request: Request) -> None:
@@ -169,22 +168,67 @@ class TouchingNumbers:
         return self.followed.path.sample(self.motion.t)
 
     def number(self, how: str, quantity: Expression, name: str) -> Array:
-        """Return the derivatives of a number of the whole run: of its first or last value.
+        """Return the derivatives of a number of the whole run: of its first, last, greatest or smallest value.
 
         Raises
         ------
         SimulationError
-            Another number.
+            A number that has none, such as the greatest of two equal values.
         """
-        if how not in ("initial", "final"):
-            raise SimulationError(
-                f"Expected the first or the last value of a quantity for a derivative of a motion with contacts, got "
-                f"'{name}': an extreme may lie at an impact. Ask for the quantity at times=."
-            )
+        if how == "range":
+            return self._extreme(quantity, 1, name) - self._extreme(quantity, -1, name)
+        if how in ("max", "min"):
+            return self._extreme(quantity, 1 if how == "max" else -1, name)
         path = self.motion.path
         if how == "initial":
             return self.slopes(quantity, np.array([path.start]))[0]
         return self._total(quantity, path.end, self._last(path.end), self.end)
+
+    def _extreme(self, quantity: Expression, sign: int, name: str) -> Array:
+        """Return the derivatives of a quantity where ``sign`` times it is greatest: d/dp = Dx + x' dt/dp.
+
+        At the ends of a phase dt/dp is that of the time at which it ends. Between them x' = 0.
+        """
+        if isinstance(quantity, OfContact):
+            raise without_derivative(name)
+        found = list(
+            peaks(self.followed.path, lambda t, segment: self._course(quantity, t, segment), sign, name)
+        )
+        best = max(sign * one.value for one in found)
+        size = max(abs(one.value) for one in found)
+        near = [one for one in found if sign * one.value >= best - ALIKE * size]
+        slopes = np.array([self._at_peak(quantity, one) for one in near])
+        apart = np.abs(slopes - slopes[0]) > SAME * (1 + np.abs(slopes[0]))
+        if apart.any():
+            i, j = np.argwhere(apart)[0]
+            first, last = sorted((near[0].time, near[i].time))
+            raise NoDerivativesError(
+                f"Expected one derivative of '{name}' by '{self.of.unknowns[j].name}', but the run reaches "
+                f"{near[0].value:.6g} at t = {first:.6g} s and at t = {last:.6g} s alike, with the derivatives "
+                f"{slopes[0, j]:.6g} and {slopes[i, j]:.6g}. Ask for the quantity at these times."
+            )
+        return cast(Array, slopes[0])
+
+    def _course(self, quantity: Expression, times: Array, segment: Segment) -> Array:
+        """Return a quantity and its rate in a phase."""
+        of, n = _slopes(segment), self.of.moved
+        y = segment.path.sample(times)[:, : n + 2]
+        motion = segment.kernels.motion()
+        f = observe(motion.address("rates"), n + 2, times, y, motion.constants(of.parameters))[:, :n]
+        given = np.hstack([y[:, :n], f, np.ones((len(times), 1)), np.zeros((len(times), len(of.symbols)))])
+        program = self._program(quantity)
+        return observe(program.address("course"), 2, times, given, program.constants(of.parameters))
+
+    def _at_peak(self, quantity: Expression, one: Peak) -> Array:
+        """Return the derivatives of a value that may be the greatest."""
+        path, shift = self.followed.path, np.zeros(len(self.of.unknowns))
+        if one.end and one.time == path.end and one.segment is path.segments[-1]:
+            shift = self.end
+        elif one.end:
+            shift = next((tau for a, b, tau in self.followed.shifts if a <= one.time <= b), shift)
+        row = one.segment.path.sample(np.array([one.time]))[0]
+        f = _slopes(one.segment).velocity(one.segment.kernels, one.time, row[: self.of.moved + 2])
+        return self._total(quantity, one.time, (row, f, one.segment), shift)
 
     @cached_property
     def end(self) -> Array:
@@ -325,45 +369,12 @@ class TouchingNumbers:
             )
 
         def functions(state: State, given: Sequence[Scalar]) -> Any:
-            return {"slope": along(state, [value(state)], slopes.symbols, given)}
+            x = value(state)
+            slope = along(state, [x], slopes.symbols, given)
+            return {"slope": slope, "course": [x, *slope]}
 
         key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
         return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))
-
-
-def of_contact(of: Slopes, phase: Phase, quantity: OfContact, t: float, y: Array, along: Direction) -> float:
-    """Return the derivative of a quantity of a contact along a direction, of which the derivatives of all are known.
-
-    Raises
-    ------
-    SimulationError
-        A quantity that has none: of forces with two coefficients, beyond the end of a side.
-    """
-    names = [contact.name for contact in of.model.contacts]
-    k, what = names.index(quantity.contact), quantity.what
-    at, own, contact = of.scene.first[k], of.own(along.touches, k), of.model.contacts[k]
-    is_open = phase.modes[k] == "open"
-    stretched = contact.friction_across is not None and what in ("tangential", "slip")
-    beyond = what in ("gap", "approach") and of.look(t, y).reach[k] < 0
-    if what not in OF_CONTACTS or stretched or beyond:
-        raise without_derivative(f"{quantity.contact}.{what}")
-    if what == "gap":
-        return float(own[0])
-    if what == "approach":
-        return -float(of.rates_of(own, k)[0]) if is_open or contact.compliant else 0.0
-    if what == "slip":
-        return float(of.rates_of(own, k)[1 + quantity.component])
-    place = at + (1 + quantity.component if what == "tangential" else 0)
-    return 0.0 if is_open else float(along.forces[place])
-
-
-def without_derivative(name: str) -> NoDerivativesError:
-    """Return the error for a quantity without a derivative."""
-    return NoDerivativesError(
-        "Expected a quantity of coordinates, speeds, time and parameters, one of "
-        f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
-        f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
-    )
 
 
 def _slopes(segment: Any) -> Slopes:

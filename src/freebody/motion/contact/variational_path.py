@@ -42,6 +42,11 @@ class VariationalPath:
     phase: Phase
 
     @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return self.path.steps
+
+    @property
     def curved(self) -> bool:
         """False for a straight step."""
         return self.path.curved
