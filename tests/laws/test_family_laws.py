@@ -43,7 +43,7 @@ def axes_of(at, joint):
 LAWS = (
     (True, {"rolling": "d", "spinning": "ds", "restitution": 0.3}),
     (False, {"rolling": "d", "adhesion": 3.0}),
-    (True, {"adhesion": 3.0, "spinning": "ds"}),
+    pytest.param(True, {"adhesion": 3.0, "spinning": "ds"}, marks=pytest.mark.slow),
     (False, {"static_friction": "1.5*mu", "rolling": "d"}),
     (False, {"impact": "poisson", "restitution": 0.5}),
 )
@@ -81,7 +81,7 @@ def test_a_family_of_one_pair_moves_as_the_contact_in_steps(space, laws):
             assert np.abs(a.normal - b.normal).max() < 1e-7 * G and np.abs(a.slip - b.slip).max() < 1e-9
 
 
-@pytest.mark.parametrize("floor", ["plane", "box"])
+@pytest.mark.parametrize("floor", ["plane", pytest.param("box", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("options", [{}, {"method": "timestepping", "step": 2e-3}])
 def test_a_ball_of_a_family_rolls_and_spins_to_rest(floor, options):
     """v' = -5/7 g δ/R and ω' = -5/2 g δ_n/R², on a plane and on a solid."""
@@ -127,7 +127,9 @@ def test_moments_of_a_pair_are_opposite(options):
     assert motion.contacts[names[0]].mode[-1] == "stick" and motion.contacts[names[1]].mode[0] != "open"
 
 
-@pytest.mark.parametrize("options", [{}, {"method": "timestepping", "step": 2e-3}])
+@pytest.mark.parametrize(
+    "options", [pytest.param({}, marks=pytest.mark.slow), {"method": "timestepping", "step": 2e-3}]
+)
 def test_reactions_and_files_know_the_moments(options, tmp_path):
     """A ball on a carriage that is drawn over a floor: the moment that resists its rolling turns the carriage, too."""
     found = []
@@ -156,6 +158,34 @@ def test_reactions_and_files_know_the_moments(options, tmp_path):
     one, other = (motion.reactions["held"].moment for motion in found)
     assert np.abs(one - other).max() < 1e-6 * np.abs(one).max()
     assert np.abs(one[:, 2]).max() > 0.01  # it spins against its resistance
+
+
+@pytest.mark.parametrize(
+    "count", [3, pytest.param(45, marks=pytest.mark.slow)]
+)  # the machine as a loop over its links
+def test_balls_that_a_pull_takes_off_or_does_not(count):
+    """N = m g - F >= -A, friction and resistance have N + A; beyond A they fly."""
+    for pull, held in ((12.0, True), (16.0, False)):
+        s = fb.System("balls")
+        s.gravity = (0, 0, -G)
+        bodies, start = [s.body(f"b{k}", fb.sphere(1, R)) for k in range(count)], {}
+        for k, body in enumerate(bodies):
+            s.free(f"f{k}", s.ground, body)
+            s.force(f"F{k}", body.origin, (0, 0, pull), frame=s.ground)
+            start |= {f"f{k}_x": 0.3 * k, f"f{k}_z": R, f"f{k}_vx": 0.5}
+        shapes = [*(body.sphere(R) for body in bodies), s.ground.plane(normal="z")]
+        s.contacts("floor", shapes, friction=0.3, adhesion=5.0, rolling=0.01)
+        motion = fb.simulate(s, 0.3, initial=start, method="timestepping", step=2e-3, samples=4)
+        last = f"floor[b{count - 1},ground]"
+        one, rolls = motion.contacts[last], motion.contacts[f"{last}_rolling"]
+        assert motion.energy.relative_residual < 1e-12
+        if held:
+            assert one.normal[1:] == pytest.approx([G - pull] * 3, abs=1e-9)
+            assert np.linalg.norm(rolls.tangential[1]) == pytest.approx(0.01 * (G - pull + 5), rel=1e-9)
+        else:
+            height = R + (pull - G) * 0.3**2 / 2
+            late = (pull - G) * 2e-3 * 0.3  # a contact that begins closed opens after its first step
+            assert motion[f"f{count - 1}_z"][-1] == pytest.approx(height, abs=late) and one.mode[-1] == "open"
 
 
 def dice():
