@@ -62,6 +62,10 @@ class SimulationError(FreebodyError, RuntimeError):
     """A motion that cannot be computed."""
 
 
+class NoDerivativesError(SimulationError):
+    """A motion without derivatives by the unknowns."""
+
+
 class FormatError(FreebodyError, ValueError):
     """A file that is not a model."""
 

@@ -1,14 +1,14 @@
 """Messages of derivatives of motions with contacts: what has none, from when on, why, and the cure."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
 
 import freebody as fb
 from contact_machines import pulled_disk
-from freebody.errors import SimulationError
-from freebody.motion.contact.derivatives import _Following
-from freebody.motion.contact.slopes import NoDerivativesError
+from freebody.errors import NoDerivativesError, SimulationError
+from freebody.motion.contact.saltation import check_modes
 from freebody.motion.phase.scene import LIMIT
 
 G = 9.81
@@ -36,9 +36,6 @@ def test_machines_without_derivatives():
     refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
     refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
     s, start = boxes()
-    s.constrain("y0 - y0**2/4 - 0.4375", name="held")
-    refused(s, start, ["g"], "without constraints for sensitivities= with contacts, but 'boxes' has 'held'")
-    s, start = boxes()
     message = "a start at a fixed time for sensitivities= with contacts, got start='g'"
     refused(s, start, ["g"], message, until=20, start="g")
 
@@ -46,9 +43,9 @@ def test_machines_without_derivatives():
 def test_events_that_have_no_derivative():
     s, start = boxes(2)
     message = (
-        r"The motion of 'boxes' has no derivatives by the unknowns of sensitivities= after t = 0.3192\d* s: events of "
-        "contacts 'c0' and 'c1' come at the same time, but move apart if 'y0' changes. Ask for the derivatives of a "
-        "motion that ends before"
+        r"The motion of 'boxes' has no derivatives by the unknowns of sensitivities= after t = 0.3192\d* s: "
+        "contact 'c0' and contact 'c1' come at the same time, but move apart if 'y0' changes. Ask for the derivatives "
+        "of a motion that ends before"
     )
     refused(s, start, ["y0"], message)
     both = fb.simulate(s, 0.6, initial=start, sensitivities=["g"], samples=2)  # they go on together
@@ -101,16 +98,11 @@ def test_a_corner_at_its_limit_of_friction():
 
 def test_a_contact_at_its_limit_that_others_hold():
     """Phases have this mode where a bounded force acts at a contact; steps of the speeds decide elsewhere."""
-    machine, one = (
-        SimpleNamespace(name="box", contacts=[SimpleNamespace(name="foot")]),
-        object.__new__(_Following),
-    )
-    one.slopes = SimpleNamespace(model=machine)
-    phase, moment = SimpleNamespace(modes=[f"{LIMIT} 0"]), SimpleNamespace(straight=[])
+    slopes = SimpleNamespace(model=SimpleNamespace(name="box", contacts=[SimpleNamespace(name="foot")]))
     with pytest.raises(
         NoDerivativesError, match="contact 'foot' rests at its limit of friction, held by the others"
     ):
-        one.check_modes(phase, moment, 1.0)
+        check_modes(slopes, SimpleNamespace(modes=[f"{LIMIT} 0"]), 1.0, 0)
 
 
 def test_a_joint_that_bears_nothing():
@@ -135,14 +127,82 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     refused(s, {"q": -0.5}, ["mu"], message)
 
 
+def pushed(law, **options):
+    """A cart that a controller pushes by a gain k."""
+    s = fb.System("cart")
+    s.parameters(k=4.0, u=0.0, T=0.1)
+    cart = s.body("cart", fb.particle(2))
+    s.force("push", s.slider("rail", s.ground, cart, axis="x", coordinate="x"), "u")
+    s.controller(law, "T", "u", name="law")
+    return s
+
+
+def test_controllers_without_derivatives():
+    start = {"x": 0.1}
+    message = (
+        "Controller 'law' has no derivatives by the unknowns of sensitivities= at t = 0 s: TypeError: must be real "
+        "number.* take arithmetic and NumPy's functions, such as np.sin\\(x\\), which keep them, in place of math"
+    )
+    refused(pushed(lambda t, x: math.sin(x["k"] * x["x"])), start, ["k"], message)
+    tie = "ArithmeticError: it compares 0.1 with the same number, and a derivative decides"
+    refused(pushed(lambda t, x: -1.0 if x["x"] >= 0.1 else 1.0), start, ["x"], tie)
+    calls = []
+
+    def counted(t, x):
+        calls.append(t)
+        return -x["k"] * x["x"] * len(calls)
+
+    message = (
+        "Controller 'law' gave -0.4 for 'u' at t = 0 s, and -4.4 when its function was called once more for the "
+        "derivatives of sensitivities=. It remembers something of another run: give it a method reset\\(\\)"
+    )
+    refused(pushed(counted), start, ["k"], message, until=0.95)
+    other = "one of 'auto', .* for sensitivities= beside signals, controllers or blows, got method='taylor'"
+    refused(pushed(lambda t, x: 0.0), start, ["k"], other, method="taylor")
+
+
+def test_samples_and_blows_that_pass_the_end():
+    s = pushed(lambda t, x: -x["k"] * x["x"])
+    message = (
+        "after t = 1 s: a sample of controller 'law' and the end of the run come at the same time, but .* 'T'"
+    )
+    refused(s, {"x": 0.1}, ["T"], message)
+    fb.simulate(s, "10*T", initial={"x": 0.1}, sensitivities=["T"])  # the end moves with the sample
+    s, start = boxes()
+    s.parameters(T=0.1)
+    kick = fb.blow("T", at=s.bodies["b0"], impulse=(0, 1, 0), name="kick")
+    message = (
+        "after t = 0.1 s: blow 'kick' and the end of the run come at the same time, but move apart if 'T'"
+    )
+    refused(s, start, ["T"], message, until=0.1, impulses=[kick])
+
+
+def test_blows_without_derivatives():
+    s, start = boxes()
+    b = s.bodies["b0"]
+    both = fb.blow(0.1, at=b, moment=(0, 0, 1), normal=(0, 1, 0), restitution=0.5, name="kick")
+    refused(
+        s, start, ["e"], "a blow with restitution= or with moment= .* but 'kick' has both", impulses=[both]
+    )
+    s, start = boxes()
+    top = fb.blow("(y0 - 0.5)**3", at=s.bodies["b0"], impulse=(0, 1, 0), name="kick")
+    message = "after t = 0.05.* s: what calls for blow 'kick' only touches zero there"
+    refused(s, {"y0": 0.3, "y0'": 4.0}, ["y0"], message, impulses=[top])
+
+
 def test_quantities_without_derivatives():
     s = pulled_disk()
     motion = fb.simulate(s, 0.2, initial={"x'": 3.0}, sensitivities=["mu"], samples=3)
-    with pytest.raises(
-        SimulationError, match="the first or the last value .* got 'max\\(x\\)': an extreme may lie at"
-    ):
-        motion.sensitivity["max(x)", "mu"]
-    for quantity in ("work", "floor.gap", "plane.force"):
+    with pytest.raises(SimulationError, match="one of kinetic_energy, .* got 'max\\(floor.normal\\)'"):
+        motion.sensitivity["max(floor.normal)", "mu"]
+    s, start = boxes(height=1.0)  # with e = 1 it comes back to its height, which then depends on e
+    bounces = fb.simulate(s, 1.2, initial=start, values={"e": 1.0}, sensitivities=["e"])
+    message = (
+        "one derivative of 'max\\(y0\\)' by 'e', but the run reaches 1 at t = 0 s and at t = 0.903.* s alike"
+    )
+    with pytest.raises(NoDerivativesError, match=message):
+        bounces.sensitivity["max(y0)", "e"]
+    for quantity in ("work", "floor.margin", "plane.force"):
         with pytest.raises(
             SimulationError, match=f"one of kinetic_energy, .* with contacts, got '{quantity}'"
         ):

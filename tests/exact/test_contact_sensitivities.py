@@ -184,3 +184,119 @@ def test_a_box_on_two_feet_begins_to_slip():
     t = 0.36 * 2 * G / 20
     for foot in ("floor_1", "floor_2"):
         assert motion.sensitivity.times(foot)[0] == pytest.approx([t / 0.36, -t / 20, t / 2], rel=1e-9)
+
+
+def test_extremes_of_a_bouncing_ball():
+    """The speed is greatest after the impact, e √(2 g h), and smallest before it; of the second arc e² h is the top."""
+    names = ["h", "e", "g"]
+    motion = fb.simulate(ball(), 0.9, initial={"y": "h"}, sensitivities=names, samples=3, tolerance=1e-12)
+    v = np.sqrt(2 * G)
+    expected = {
+        "max(y')": (0.8 * v / 2, v, 0.8 * v / (2 * G)),
+        "min(y')": (-v / 2, 0, -v / (2 * G)),
+        "max(y)": (1, 0, 0),
+        "min(y)": (0, 0, 0),
+        "range(y')": (0.9 * v, v, 0.9 * v / G),
+    }
+    for what, values in expected.items():
+        found = [motion.sensitivity[what, name] for name in names]
+        assert found == pytest.approx(values, rel=1e-9, abs=1e-10), what
+    # y t is greatest in the second arc, where y = e v τ - g τ²/2 at t = T + τ
+    T, u = v / G, 0.8 * v
+    top = max(np.roots([-1.5 * G, 2 * u - G * T, u * T]).real)
+    t, y = T + top, u * top - G * top**2 / 2
+    rate = u - G * top
+    by = {"h": (T / 2, 0.8 * v / 2), "e": (0.0, v), "g": (-T / (2 * G), 0.8 * v / (2 * G))}
+    for name, (of_T, of_u) in by.items():
+        slope = of_u * top - rate * of_T - (top**2 / 2 if name == "g" else 0)
+        assert motion.sensitivity["max(t*y)", name] == pytest.approx(t * slope, rel=1e-8), name
+    assert motion.sensitivity["max(t*y)", "e"] == pytest.approx(t * v * top, rel=1e-8) and y > 0
+
+
+def test_forces_of_a_block():
+    """N = m g + F sin a, T = -μ N in slip; it is lifted by F t sin a, and its gap grows."""
+    s = fb.System("block")
+    m, mu, g, F = s.parameters(m=2.0, mu=0.3, g=G, F=6.0)
+    s.gravity = (0, -g, 0)
+    block = s.body("block", fb.particle(m))
+    s.chain("plane", s.ground, block, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", block.origin, s.ground.plane(), friction=mu)
+    s.force("pull", block.origin, (0, F * s.t, 0))
+    names, times = ["m", "mu", "F"], [0.5, 1.0, 4.0]
+    motion = fb.simulate(s, 4, initial={"x'": 9.0}, sensitivities=names, times=times, tolerance=1e-12)
+    for row, t in enumerate(times[:2]):
+        N = 2 * G - 6 * t
+        expected = {"normal": (G, 0, -t), "tangential": (-0.3 * G, -N, 0.3 * t), "gap": (0, 0, 0)}
+        for what, values in expected.items():
+            found = [motion.sensitivity[f"floor.{what}", name][row] for name in names]
+            assert found == pytest.approx(values, rel=1e-9, abs=1e-11), what
+    # from t₁ = m g/F on y = F (t - t₁)³/6m
+    first = 2 * G / 6
+    fly = 4 - first
+    by_F = fly**3 / 12 + 6 * fly**2 / 4 * first / 6
+    assert motion.sensitivity["floor.gap", "F"][-1] == pytest.approx(by_F, rel=1e-9)
+    assert motion.sensitivity["floor.normal", "F"][-1] == 0
+    assert motion.sensitivity["final(floor.gap)", "F"] == pytest.approx(by_F, rel=1e-9)
+
+
+def test_a_kick_changes_where_a_ball_lands():
+    """h - g t²/2 + J/m (t - T) = 0."""
+    s = ball()
+    s.parameters(J=3.0, T=0.2)
+    kick = fb.blow("T", at=s.bodies["ball"], impulse=(0, "J", 0))
+    names = ["h", "g", "J", "T"]
+    motion = fb.simulate(
+        s, 0.9, initial={"y": "h"}, impulses=[kick], sensitivities=names, samples=2, tolerance=1e-12
+    )
+    t = (3 + np.sqrt(9 + 2 * G * (1 - 0.6))) / G
+    fall = 3 - G * t
+    expected = [-x / fall for x in (1, -(t**2) / 2, t - 0.2, -3)]
+    assert motion.sensitivity.times("floor")[0] == pytest.approx(expected, rel=1e-9)
+    # after it y = -e (t' - t) fall - g (t' - t)²/2
+    since = 0.9 - t
+    by_T = (-0.8 * since * -G + 0.8 * fall + G * since) * expected[3]
+    assert motion.sensitivity["y", "T"][-1] == pytest.approx(by_T, rel=1e-9)
+
+
+def test_the_gain_of_a_sampled_law():
+    """x_{n+1} = A x_n with A = [[1 - k T²/2m, T], [-k T/m, 1]]: ∂x_n/∂k = Σ A^i ∂A/∂k A^(n-1-i) x_0."""
+    s = fb.System("cart")
+    s.parameters(k=40.0, u=0.0)
+    cart = s.body("cart", fb.particle(2))
+    s.force("push", s.slider("rail", s.ground, cart, axis="x", coordinate="x"), "u")
+    s.controller(lambda t, x: -x["k"] * x["x"], 0.05, "u")
+    motion = fb.simulate(s, 1, initial={"x": 1.0}, sensitivities=["k", "x"], samples=2, tolerance=1e-12)
+    T, m, start = 0.05, 2.0, np.array([1.0, 0.0])
+    A = np.array([[1 - 40 * T**2 / (2 * m), T], [-40 * T / m, 1]])
+    slope = np.array([[-(T**2) / (2 * m), 0], [-T / m, 0]])
+    power = np.linalg.matrix_power
+    by_k = sum(power(A, i) @ slope @ power(A, 19 - i) @ start for i in range(20))
+    assert [motion.sensitivity[x, "k"][-1] for x in ("x", "x'")] == pytest.approx(by_k, rel=1e-10)
+    assert motion.sensitivity["x", "x"][-1] == pytest.approx(power(A, 20)[0, 0], rel=1e-10)
+
+
+def test_a_pendulum_by_a_condition():
+    """Derivatives of a pendulum that hits a wall are those of the same one on a hinge."""
+    found = []
+    for by_condition in (True, False):
+        s = fb.System("pendulum")
+        g, L, e = s.parameters(g=G, L=1.0, e=0.6)
+        s.gravity = (0, -g, 0)
+        bob, options = s.body("bob", fb.particle(2)), {}
+        if by_condition:
+            guide = s.body("guide", fb.particle(0))
+            s.slider("along", s.ground, guide, axis="x", coordinate="x")
+            s.slider("up", guide, bob, axis="y", coordinate="y")
+            s.constrain("x**2 + y**2 - L**2", name="rod")
+            start, options = {"x": "L*sin(1)", "x'": 0}, {"near": {"y": -0.5}}
+        else:
+            s.hinge("pin", s.ground, bob, to=(0, L, 0), axis="z", coordinate="q")
+            start = {"q": 1.0}
+        s.contact("wall", bob.origin, s.ground.plane(at=(-0.2, 0, 0), normal="x"), restitution=e)
+        motion = fb.simulate(
+            s, 1.5, initial=start, sensitivities=["g", "L", "e"], samples=2, tolerance=1e-12, **options
+        )
+        x = "x" if by_condition else "L*sin(q)"
+        found.append((motion.sensitivity.times("wall")[0], motion.sensitivity.of(x)[-1]))
+    for one, other in zip(*found, strict=True):
+        assert one == pytest.approx(other, rel=1e-8, abs=1e-9)

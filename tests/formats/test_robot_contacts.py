@@ -221,7 +221,7 @@ def meetings(s: fb.System) -> dict[tuple[str, str], str]:
         for pair in ((i, j) for i in range(n) for j in range(i + 1, n) if family.meet(i, j)):
             names = sorted(family.members[k].shape.body.name for k in pair)
             assert tuple(names) not in found
-            found[tuple(names)] = str(family.friction)
+            found[tuple(names)] = str(family.law.friction)
     return found
 
 

@@ -122,24 +122,28 @@ def _constraints(system: System, text: Any) -> None:
 def _contacts(system: System, text: Any) -> None:
     if not system.contacts:
         return
-    from ..describe.contacts.coefficients import at_rest
-
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
-        shapes = pair.parts
-        friction = text(pair.friction)
-        if getattr(pair, "along", None) is not None:
-            friction += f" along ({', '.join(map(text, pair.along))}), {text(pair.friction_across)} across"
-        if pair.static_friction not in (None, at_rest(pair.friction)):
-            friction += f", static {text(pair.static_friction)}"
-        bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
-        law = getattr(pair, "normal_force", None)
-        bounce = bounce if law is None else f"N = {text(law)}"
-        for law in ("adhesion", "rolling", "spinning"):
-            if getattr(pair, law, 0) != 0:
-                bounce += f", {law} {text(getattr(pair, law))}"
-        grid.row(name, *shapes, friction, bounce)
+        grid.row(name, *pair.parts, *_laws(pair, text))
     grid.print()
+
+
+def _laws(pair: Any, text: Any) -> tuple[str, str]:
+    """Return the friction, and the other laws, of a contact or of a family of contacts."""
+    from ..describe.contacts.coefficients import at_rest
+
+    friction = text(pair.friction)
+    if getattr(pair, "along", None) is not None:
+        friction += f" along ({', '.join(map(text, pair.along))}), {text(pair.friction_across)} across"
+    if pair.static_friction not in (None, at_rest(pair.friction)):
+        friction += f", static {text(pair.static_friction)}"
+    bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
+    law = getattr(pair, "normal_force", None)
+    bounce = bounce if law is None else f"N = {text(law)}"
+    for law in ("adhesion", "rolling", "spinning"):
+        if getattr(pair, law, 0) != 0:
+            bounce += f", {law} {text(getattr(pair, law))}"
+    return friction, bounce
 
 
 def _families(model: Model, text: Any) -> None:
@@ -149,7 +153,7 @@ def _families(model: Model, text: Any) -> None:
 
     grid = Grid("Family of contacts", "Members", "Friction", "Restitution")
     for family in model.families:
-        grid.row(family.name, text_of_members(family), text(family.friction), text(family.restitution))
+        grid.row(family.name, text_of_members(family), *_laws(family.law, text))
     grid.print()
 
 

@@ -15,11 +15,12 @@ from typing import Any
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
-from ..errors import nearest
-from ..scalar.algebra import IDENTITY, Expression, Vector
+from ..errors import ModelError, nearest
+from ..scalar.algebra import IDENTITY, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
 from .patched import Patched, contacts_of, corners_on, parts_of, places_of
+from .resistance import ROLLING, SPINNING, resistances
 from .ring import turning
 
 
@@ -48,7 +49,8 @@ class Family:
         True if only members of different groups touch.
     joined : frozenset of two names each
         Pairs of bodies that do not touch: those joined directly, and those that the user holds apart.
-    friction, restitution : expressions of parameters
+    law : ContactFamily
+        The family as described, with its laws.
     planar : unit vector or None
         Normal k of the plane of motion; the tangent is then n × k.
     upright : unit vector
@@ -59,8 +61,7 @@ class Family:
     members: tuple[Member, ...]
     grouped: bool
     joined: frozenset[tuple[str, str]]
-    friction: Expression
-    restitution: Expression
+    law: ContactFamily
     planar: Vector | None
     upright: Vector
 
@@ -80,11 +81,31 @@ class Family:
         """Return the contact of two members as one of its own."""
         a, b = self.members[first], self.members[second]
         name = self.label(first, second)
-        tangents = ("T",) if self.tangents == 1 else ("T1", "T2")
+        tangents, law = ("T",) if self.tangents == 1 else ("T1", "T2"), self.law
         return Contact(
-            name, self.name, a.shape, b.shape, self.friction, self.friction, self.restitution, "newton",
+            name, self.name, a.shape, b.shape, law.friction, law.static_friction, law.restitution, law.impact,
             self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),
+            adhesion=law.adhesion,
         )  # fmt: skip
+
+    def resisting(self, contact: Contact) -> list[Contact]:
+        """Return what resists the rolling and spinning of the contact of two members."""
+        return [] if contact.stands else resistances(contact, self.law, set())
+
+    @property
+    def representatives(self) -> list[Contact]:
+        """The contact of two members that may touch, with what resists its rolling and spinning: all have its laws."""
+        for i in range(len(self.members)):
+            for j in range(i + 1, len(self.members)):
+                if self.meet(i, j):
+                    one = self.contact(*self.ordered(i, j))
+                    return [one, *self.resisting(one)]
+        return []
+
+    @property
+    def rows(self) -> tuple[int, int, int]:
+        """Numbers of tangents, of axes about which a resistance to rolling acts, and of those of one to spinning."""
+        return self.tangents, self.tangents * int(self.law.rolling != 0), int(self.law.spinning != 0)
 
     def meet(self, first: int, second: int) -> bool:
         """Return whether two members may touch."""
@@ -101,6 +122,17 @@ class Family:
         if None in places or not self.meet(places[0], places[1]):  # type: ignore[arg-type]
             return None
         return places[0], places[1]  # type: ignore[return-value]
+
+    def element(self, name: str) -> Contact | None:
+        """Return the contact of two members that has a name, or what resists its rolling or spinning."""
+        for base in (name, *(name.removesuffix(f"_{about}") for about in (ROLLING, SPINNING))):
+            pair = self.pair(base)
+            if pair is not None:
+                one = self.contact(*self.ordered(*pair))
+                return next(
+                    (x for x in (one, *self.resisting(one)) if x.name.endswith(name[len(base) :])), None
+                )
+        return None
 
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
@@ -131,9 +163,9 @@ def contact_named(model: Model, name: str) -> Contact | None:
         if contact.name == name:
             return contact
     for family in (*model.families, *model.unrolled):
-        pair = family.pair(name) if name.startswith(f"{family.name}[") else None
-        if pair is not None:
-            return family.contact(*family.ordered(*pair))
+        found = family.element(name) if name.startswith(f"{family.name}[") else None
+        if found is not None:
+            return found
     return None
 
 
@@ -169,6 +201,13 @@ def touch_in_patch(first: ContactShape, second: ContactShape) -> bool:
         a.patches and (b.patches or b.endless or (b.bound in ("spot", "ball") and not b.inside))
         for a, b in ((first, second), (second, first))
     )
+
+
+def places_in_patch(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether two members touch in a patch whose points come and go, as those of corners on a plane do not."""
+    if not touch_in_patch(first, second) or first.endless or second.endless:
+        return False
+    return not all(have_law(x, y) for x in first.parts(second) for y in second.parts(first))
 
 
 def turned(first: ContactShape, second: ContactShape) -> bool:
@@ -210,10 +249,11 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
         ends = [(a.name, b.name) for a, b in family.apart]
         apart = frozenset((*ends, *(pair[::-1] for pair in ends)))
         one = Family(
-            family.name, members, bool(family.against), joined | apart, family.friction, family.restitution,
+            family.name, members, bool(family.against), joined | apart, family,
             None if k is None else IDENTITY[k], upright_of(model.gravity),
         )  # fmt: skip
         _check_kinds(one, k)
+        _check_laws(one)
         result.append(one)
     return tuple(result)
 
@@ -251,6 +291,24 @@ def _check_kinds(family: Family, k: int | None) -> None:
                 check_axes(family.name, family.members[i].shape, family.members[j].shape, k)
 
 
+def _check_laws(family: Family) -> None:
+    """Refuse adhesion and resistance of solids that touch in patches, and spinning in a plane."""
+    law = family.law
+    for a, b in ((a, b) for a in family.by_kind.values() for b in family.by_kind.values()):
+        first, second = family.members[a[0]].shape, family.members[b[-1]].shape
+        if not family.meet(a[0], b[-1]) or not places_in_patch(first, second):
+            continue
+        ball = any(shape.bound in ("spot", "ball") for shape in (first, second))
+        for name in ("adhesion",) if ball else ("adhesion", "rolling", "spinning"):
+            if getattr(law, name) != 0:
+                raise ModelError(
+                    f"The {law!r} has {name}=, for shapes that touch at one point, but the {first.kind} of "
+                    f"{first.body!r} and the {second.kind} of {second.body!r} touch in patches, whose points come and "
+                    "go. Put them into a family of their own, without it."
+                )
+    family.representatives  # noqa: B018  refuses spinning in a plane
+
+
 def text_of_members(family: Family) -> str:
     """Return the members in words: how many of which kind, of how many bodies."""
     count = ", ".join(f"{len(members)} {kind}" for kind, members in family.by_kind.items())
@@ -265,6 +323,7 @@ def unrolled(model: Model, most: int) -> Model | None:
     """
     contacts, turns, rings = turning(model.contacts)
     parameters, patches = [*model.parameters, *turns], list[Patched]()
+    points = 0
     for f, family in enumerate(model.families):
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
@@ -273,20 +332,22 @@ def unrolled(model: Model, most: int) -> Model | None:
                 first, second = family.ordered(i, j)
                 whole = family.contact(first, second)
                 a, b = whole.feature, whole.surface
-                if not touch_in_patch(a, b):
-                    contacts.append(whole)
-                elif b.endless:
-                    contacts += corners_on(whole)
-                elif all(have_law(x, y) for x in a.parts(b) for y in b.parts(a)):
-                    contacts += parts_of(whole)
-                else:
-                    kinds, start = places_of(a, b), len(contacts)
+                found = [whole]
+                if places_in_patch(a, b):
+                    kinds, at = places_of(a, b), len(contacts)
                     places = contacts_of(whole, kinds)
-                    contacts += [contact for contact, _ in places]
+                    found = [contact for contact, _ in places]
                     parameters += [parameter for _, some in places for parameter in some]
                     names = tuple(tuple(parameter.name for parameter in some) for _, some in places)
-                    patches.append(Patched(model, f, first, second, whole, start, kinds, names))
-                if len(contacts) - len(model.contacts) > most:
+                    each = 1 + len(family.resisting(found[0]))
+                    own = tuple(range(at, at + each * len(found), each))
+                    patches.append(Patched(model, f, first, second, whole, own, kinds, names))
+                elif touch_in_patch(a, b):
+                    found = corners_on(whole) if b.endless else parts_of(whole)
+                for contact in found:
+                    contacts += [contact, *family.resisting(contact)]
+                points += len(found)
+                if points > most:
                     return None
     return replace(
         model,

@@ -33,7 +33,7 @@ class Patched:
 
     ``of``, ``whole``                    the model with the family, and the contact of both as a whole
     ``family``, ``first``, ``second``    number of the family, and members
-    ``start``, ``kinds``                 first contact among those of the model, and the kind of each place
+    ``places``, ``kinds``                contact among those of the model of each place, and its kind
     ``names``                            names of the parameters of each place
     """
 
@@ -42,7 +42,7 @@ class Patched:
     first: int
     second: int
     whole: Contact
-    start: int
+    places: tuple[int, ...]
     kinds: tuple[int, ...]
     names: tuple[tuple[str, ...], ...]
 

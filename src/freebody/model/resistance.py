@@ -75,7 +75,7 @@ def with_resistances(contacts: Sequence[Contact], pairs: Mapping[str, Any]) -> t
     for contact in contacts:
         pair = pairs[contact.owner]
         rolls = isinstance(pair, ContactPair) and not contact.stands
-        result += [contact, *(_resistances(contact, pair, taken) if rolls else ())]
+        result += [contact, *(resistances(contact, pair, taken) if rolls else ())]
     return tuple(result)
 
 
@@ -85,16 +85,19 @@ def pressers(contacts: Sequence[Contact]) -> list[int]:
     return [places[contact.presser] if contact.presser else -1 for contact in contacts]
 
 
-def _resistances(contact: Contact, pair: ContactPair, taken: set[str]) -> list[Contact]:
-    """Return the elements that resist the rolling and spinning of an element."""
+def resistances(contact: Contact, pair: Any, taken: set[str]) -> list[Contact]:
+    """Return the elements that resist the rolling and spinning of an element, with the lengths of its pair or family.
+
+    ``taken`` are names, to which theirs are added.
+    """
     result = []
     for about, length in ((ROLLING, pair.rolling), (SPINNING, pair.spinning)):
         if length == 0:
             continue
         if about == SPINNING and contact.planar is not None:
             raise ModelError(
-                f"Contact '{pair.name}' resists spinning about its normal, but the machine moves in a plane and does "
-                f"not spin so. Leave spinning= out."
+                f"{str(pair).capitalize()} resists spinning about its normal, but the machine moves in a plane and "
+                f"does not spin so. Leave spinning= out."
             )
         letters = ("M",) if contact.planar is not None else ("M1", "M2") if about == ROLLING else ("M3",)
         own = f"{contact.name}_{about}"
@@ -105,7 +108,7 @@ def _resistances(contact: Contact, pair: ContactPair, taken: set[str]) -> list[C
         first, second = map(Side, law.bodies)
         result.append(
             Contact(
-                own, pair.name, first, second, length, length, 0, "newton", None, contact.upright,
+                own, contact.owner, first, second, length, length, 0, "newton", None, contact.upright,
                 f"N_{own}", tuple(f"{letter}_{contact.name}" for letter in letters), law, presser=contact.name,
             )
         )  # fmt: skip

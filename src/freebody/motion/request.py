@@ -19,7 +19,7 @@ from ..errors import SimulationError
 from ..model import Model
 from ..scalar.algebra import Expression
 from .kernels.kernels import Kernels, kernels_of
-from .kernels.methods import check_method, check_method_of_contacts
+from .kernels.methods import check_method, check_method_of_phases
 from .ode.dense_output import Array
 from .ode.tableau import OWN, RungeKutta
 from .start.arguments import (
@@ -105,7 +105,7 @@ class Request:
                 "out."
             )
         if model.contacts and method != "timestepping":
-            check_method_of_contacts(method, self.step)
+            check_method_of_phases(method, self.step)
         check_method(method, self.step)
         width = 1 if self.many else 1 + model.n_q + model.n_u
         check_numbers(self.times, self.samples, self.max_step, self.max_steps, width)
@@ -125,6 +125,12 @@ class Request:
     def struck(self) -> bool:
         """True if blows are asked for."""
         return not isinstance(self.impulses, tuple | list) or bool(self.impulses)
+
+    @property
+    def in_phases(self) -> bool:
+        """True for a motion in phases from event to event: with contacts, or derivatives beside what interrupts it."""
+        interrupted = self.sensitivities is not None and (self.struck or self.model.switched)
+        return bool(self.model.contacts or interrupted) and self.method != "timestepping"
 
     @property
     def longest_step(self) -> float:

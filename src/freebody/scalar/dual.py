@@ -10,8 +10,11 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives (2008), chapter 3 (forwa
 
 from __future__ import annotations
 
+import numbers
+import operator
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from typing import Any
 
 from .algebra import HALF, Field, FieldVector, Scalar, divide
 from .series import Series
@@ -158,14 +161,168 @@ class Dual:
         return f"Dual({self.value}, {self.slopes})"
 
 
+class NumericDual:
+    """A dual number over floats for functions of a user: it compares by its value, and NumPy's functions take it.
+
+    It is no float: what asks for one, such as ``math.sin`` or ``float``, would lose the derivatives, and raises
+    TypeError.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from freebody.scalar.algebra import floats
+    >>> x = NumericDual(DualField(floats).variable(0.0, 0))
+    >>> y = np.sin(3 * x) if x < 1 else x
+    >>> y.dual.slopes
+    {0: 3.0}
+
+    Raises
+    ------
+    ArithmeticError
+        A comparison of values that are equal and whose derivatives differ: what follows is no differentiable function.
+    """
+
+    __slots__ = ("dual",)
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, dual: Dual) -> None:
+        self.dual = dual
+
+    @property
+    def value(self) -> float:
+        """The number without its derivatives."""
+        return float(self.dual.value)
+
+    @property
+    def slopes(self) -> dict[int, Scalar]:
+        """Derivatives by index."""
+        return self.dual.slopes
+
+    def __repr__(self) -> str:
+        return f"{self.value:g} with derivatives"
+
+    def __format__(self, how: str) -> str:
+        return format(self.value, how)
+
+    def __add__(self, other: Any) -> Any:
+        return _made(other, lambda x: self.dual + x)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return _made(other, lambda x: self.dual - x)
+
+    def __rsub__(self, other: Any) -> Any:
+        return _made(other, lambda x: x - self.dual)
+
+    def __mul__(self, other: Any) -> Any:
+        return _made(other, lambda x: self.dual * x)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return _made(other, lambda x: self.dual / x)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _made(other, lambda x: x / self.dual)
+
+    def __pow__(self, other: Any) -> Any:
+        return _made(other, self._raised)
+
+    def __rpow__(self, other: Any) -> Any:
+        return _made(other, lambda x: self._applied("pow", x, self.dual))
+
+    def __neg__(self) -> Any:
+        return NumericDual(-self.dual)
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __abs__(self) -> Any:
+        return -self if self < 0 else self
+
+    def __bool__(self) -> bool:
+        return bool(self != 0)
+
+    def __eq__(self, other: Any) -> Any:
+        return self._compared(other, operator.eq)
+
+    def __lt__(self, other: Any) -> Any:
+        return self._compared(other, operator.lt)
+
+    def __le__(self, other: Any) -> Any:
+        return self._compared(other, operator.le)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._compared(other, operator.gt)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._compared(other, operator.ge)
+
+    def arctan2(self, other: Any) -> Any:
+        """The angle whose tangent is self/other."""
+        return _made(other, lambda x: self._applied("atan2", self.dual, x))
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in _OF_NUMPY:
+            raise AttributeError(f"'{type(self).__name__}' object has no attribute {name!r}")
+        return lambda: _number(self._applied(_OF_NUMPY[name], self.dual))
+
+    def _raised(self, x: Any) -> Scalar:
+        whole = type(x) is float and x.is_integer()
+        return self.dual ** int(x) if whole else self._applied("pow", self.dual, x)
+
+    def _applied(self, function: str, *arguments: Scalar) -> Scalar:
+        return DualField(self.dual.base).apply(function, *arguments)
+
+    def _compared(self, other: Any, relation: Callable[[Any, Any], bool]) -> Any:
+        number = _plain(other)
+        if number is None:
+            return NotImplemented
+        difference = self.dual - number
+        if type(difference) is Dual and difference.value == 0:
+            raise ArithmeticError(
+                f"it compares {self.dual.value:g} with the same number, and a derivative decides"
+            )
+        return relation(_value(difference), 0)
+
+
+_OF_NUMPY = {
+    **{name: name for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "sqrt", "exp", "log")},
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+}
+"""Functions that NumPy asks elements for, by its name."""
+
+
+def _plain(x: Any) -> Any:
+    """A number, or the dual number of one; None for anything else."""
+    if type(x) is NumericDual:
+        return x.dual
+    return float(x) if isinstance(x, numbers.Real) or type(x).__module__ == "numpy" and not x.shape else None
+
+
+def _made(other: Any, operation: Callable[[Any], Any]) -> Any:
+    number = _plain(other)
+    return NotImplemented if number is None else _number(operation(number))
+
+
+def _number(x: Scalar) -> Any:
+    return NumericDual(x) if type(x) is Dual else x
+
+
+_DUALS = (Dual, NumericDual)
+
+
 def value_of(x: Scalar) -> Scalar:
     """The scalar without its derivatives."""
-    return x.value if type(x) is Dual else x
+    return x.value if type(x) in _DUALS else x
 
 
 def slope_of(x: Scalar, index: int) -> Scalar:
     """Derivative by the variable of an index."""
-    return x.slopes.get(index, 0) if type(x) is Dual else 0
+    return x.slopes.get(index, 0) if type(x) in _DUALS else 0
 
 
 def _value(x: Scalar) -> Scalar:

@@ -23,8 +23,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..errors import FreebodyError, SimulationError, arguments_named
-from ..motion.contact.slopes import NoDerivativesError
+from ..errors import FreebodyError, NoDerivativesError, SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
 from ..motion.legs.variation import unknowns_of
 from ..motion.start.initial import number, quaternions_by_joint

@@ -12,7 +12,7 @@ from freebody.model import assemble
 from freebody.scalar.algebra import FUNCTIONS, floats
 from freebody.scalar.arrays import arrays, column
 from freebody.scalar.derivative import forward
-from freebody.scalar.dual import Dual, DualField, slope_of, value_of
+from freebody.scalar.dual import Dual, DualField, NumericDual, slope_of, value_of
 from freebody.scalar.polynomial import Ring
 from freebody.scalar.series import SeriesField
 from freebody.scalar.trace import Tape
@@ -112,3 +112,31 @@ def test_an_angle_over_its_sine_is_a_closed_form_in_formulas():
     found = ring.to_sympy(ring.arc_over_sine(ring.from_sympy(c)))
     assert float(found.subs(c, 0.3)) == pytest.approx(math.acos(0.3) / math.sqrt(1 - 0.3**2), rel=1e-15)
     assert found.has(sympy.acos) and ring.arc_over_sine(1) == 1
+
+
+def test_a_dual_number_for_functions_of_a_user():
+    """NumPy and comparisons take it; what would lose its derivatives raises TypeError."""
+    field = DualField(floats)
+    x, y = (NumericDual(field.variable(value, i)) for i, value in enumerate((0.5, 2.0)))
+    cases = [
+        (np.float64(2) * x - 1, (0.0, 2, 0)),
+        (np.sin(x) / y, (math.sin(0.5) / 2, math.cos(0.5) / 2, -math.sin(0.5) / 4)),
+        (np.array([1.0, 3.0]) @ np.array([x, y]), (6.5, 1, 3)),
+        (np.clip(x, -1, 1) + np.maximum(y, 0) + np.abs(-x), (3.0, 2, 1)),
+        (x**y + 2**x, (0.25 + 2**0.5, 1.0 + math.log(2) * 2**0.5, math.log(0.5) / 4)),
+        (np.arctan2(x, y), (math.atan2(0.5, 2), 2 / 4.25, -0.5 / 4.25)),
+        ((1 - x) ** 2 + 1 / x + x**0.5, (2.25 + 0.5**0.5, -5 + 0.5 * 0.5**-0.5, 0)),
+    ]
+    for found, (value, by_x, by_y) in cases:
+        assert value_of(found) == pytest.approx(value, rel=1e-15)
+        assert (slope_of(found, 0), slope_of(found, 1)) == pytest.approx((by_x, by_y), rel=1e-14)
+    assert x < y and y >= 1 and x != 0 and bool(x) and np.sign(-x) == -1
+    assert f"{x:.2f} {x!r}" == "0.50 0.5 with derivatives"
+    assert np.clip(3 * y, -1, 1) == 1
+    for lost in (math.sin, float, round, np.floor, lambda x: np.linalg.solve(np.eye(1), [x])):
+        with pytest.raises((TypeError, AttributeError)):
+            lost(x)
+    with pytest.raises(
+        ArithmeticError, match="it compares 0.5 with the same number, and a derivative decides"
+    ):
+        assert x > 0.5

@@ -248,3 +248,27 @@ def test_a_fit_of_motions_with_contacts():
     found = fb.fit(s, noisy, guesses, initial={"x'": 2.0}, sigma=sigma)
     for name, value in {**true, "y": 0.3}.items():
         assert abs(found.values[name] - value) < 4 * found.errors[name]
+
+
+def test_a_fit_of_the_gains_of_a_controller_beside_friction():
+    """A box on a rough floor that a sampled law moves: its derivatives, not differences, lead to the gains."""
+    calls = []
+
+    def law(t, x):
+        calls.append(t)
+        return x["kp"] * (0.3 - x["x"]) - x["kd"] * x["x'"]
+
+    s = fb.System("box")
+    s.parameters(kp=60.0, kd=6.0, mu=0.1, u=0.0)
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.particle(2))
+    s.chain("plane", s.ground, box, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", box.origin, s.ground.plane(), friction="mu")
+    s.force("push", box.origin, ("u", 0, 0))
+    s.controller(law, 0.02, "u")
+    true, t = {"kp": 75.0, "kd": 7.0, "mu": 0.13}, np.linspace(0.05, 0.55, 26)
+    motion = fb.simulate(s, 0.55, values=true, times=t, tolerance=1e-11)
+    calls.clear()
+    found = fb.fit(s, {"time": t, "x": motion["x"]}, {"kp": 60.0, "kd": 6.0, "mu": 0.1}, tolerance=1e-11)
+    assert found.values == pytest.approx(true, rel=1e-6)
+    assert len(calls) % (2 * 28) == 0  # a motion and its derivatives for each point

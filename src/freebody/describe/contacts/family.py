@@ -12,15 +12,20 @@ from ...scalar.algebra import Scalar
 class ContactFamily:
     """A family as the user described it.
 
-    ``shapes`` touch each other, or only those of ``against`` if there are any. ``friction`` is Coulomb's coefficient,
-    ``restitution`` the ratio of the normal speeds in an impact. ``apart`` are pairs of bodies that do not touch.
+    ``shapes`` touch each other, or only those of ``against`` if there are any. The laws are those of a `ContactPair`.
+    ``apart`` are pairs of bodies that do not touch.
     """
 
     name: str
     shapes: tuple[Any, ...]
     against: tuple[Any, ...]
     friction: Scalar
+    static_friction: Scalar
     restitution: Scalar
+    impact: str = "newton"
+    adhesion: Scalar = 0
+    rolling: Scalar = 0
+    spinning: Scalar = 0
     apart: tuple[tuple[Any, Any], ...] = ()
 
     def __repr__(self) -> str:

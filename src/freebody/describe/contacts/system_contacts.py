@@ -117,15 +117,21 @@ def contact(
         kinetic = friction_law(system, friction, what)
         static = static_law(system, static_friction, kinetic, what)
     e = bounce(system, restitution, what)
-    if impact not in IMPACTS:
-        raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
+    law_of_impact = impact_law(impact, what)
     law = None if normal is None else compliant(system, normal, (first, second), e, what)
     pull = bearable_pull(system, adhesion, law, what)
     arms = (resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what))
     system.contacts[name] = ContactPair(
-        name, first, second, kinetic, static, e, impact, law, across, along, pull, *arms
+        name, first, second, kinetic, static, e, law_of_impact, law, across, along, pull, *arms
     )
     return system.contacts[name]
+
+
+def impact_law(impact: str, what: str) -> str:
+    """Return the law of impacts; refuse one that does not exist."""
+    if impact not in IMPACTS:
+        raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
+    return impact
 
 
 def resisting(system: Description, length: Expression, about: str, what: str) -> Scalar:

@@ -12,9 +12,9 @@ from ..description import Description, changes_of, claim
 from ..frame import Frame, own_body
 from ..shapes.shape import ContactShape
 from ..table import Table
-from .coefficients import bounce, coefficient
+from .coefficients import bounce, friction_law, static_law
 from .family import ContactFamily
-from .system_contacts import SHAPES, check_pair, shape_of
+from .system_contacts import SHAPES, bearable_pull, check_pair, impact_law, resisting, shape_of
 
 
 @arguments_named
@@ -34,7 +34,12 @@ class ContactTable(Table):
         *,
         against: Any = (),
         friction: Expression = 0,
+        static_friction: Expression = None,
         restitution: Expression = 0,
+        impact: str = "newton",
+        adhesion: Expression = 0,
+        rolling: Expression = 0,
+        spinning: Expression = 0,
         apart: Sequence[tuple[Any, Any]] = (),
     ) -> ContactFamily:
         """Let each of these shapes touch each other one, by one law of contact.
@@ -56,10 +61,10 @@ class ContactTable(Table):
             Such as ``body.sphere(radius)``, ``body.corners(...)`` or ``s.ground.plane(...)``.
         against : shape or sequence of shapes, optional
             If given, the shapes touch these only, and not each other.
-        friction : expression of parameters, optional
-            Coulomb's coefficient.
-        restitution : expression of parameters, optional
-            Newton's ratio of normal speeds, between 0 and 1.
+        friction, static_friction, restitution, impact, adhesion, rolling, spinning : optional
+            The laws of each pair, as for :meth:`System.contact`. Time steps know constant friction without another
+            one at rest, and Newton's restitution. Adhesion and resistance are for pairs that touch at one point:
+            not for solids with edges that touch each other.
         apart : sequence of pairs of bodies, optional
             Bodies, or their names, that do not touch, such as parts of a robot whose solids overlap.
 
@@ -84,10 +89,12 @@ class ContactTable(Table):
         own, others = _shapes(system, shapes, what), _shapes(system, against, f"'against' of {what}")
         _check_once((*own, *others), what)
         _check_pairs(own, others, what)
+        kinetic = friction_law(system, friction, what)
         family = ContactFamily(
-            name, own, others,
-            coefficient(system, friction, f"the friction of {what}"),
-            bounce(system, restitution, what), _pairs(system, apart, what),
+            name, own, others, kinetic, static_law(system, static_friction, kinetic, what),
+            bounce(system, restitution, what), impact_law(impact, what), bearable_pull(system, adhesion, None, what),
+            resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what),
+            _pairs(system, apart, what),
         )  # fmt: skip
         system.families[name] = family
         return family

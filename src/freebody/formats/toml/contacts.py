@@ -65,20 +65,26 @@ def read_contact(system: System, name: str, table: Table) -> None:
         _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
         for key in ("feature", "surface")
     )
+    laws = _laws(table)
+    if table.has("normal"):
+        laws["normal"] = table.law("normal")
+    if table.has("along"):
+        laws["along"] = _direction(table, "along")
+    table.done()
+    table.guard(lambda: system.contact(name, feature, surface, **laws))
+
+
+def _laws(table: Table) -> dict[str, Any]:
+    """Return the laws that contacts and families have."""
     laws: dict[str, Any] = {
         key: table.expression(key)
         for key in ("restitution", "adhesion", "rolling", "spinning")
         if table.has(key)
     }
     laws |= {key: _friction(table, key) for key in ("friction", "static_friction") if table.has(key)}
-    if table.has("normal"):
-        laws["normal"] = table.law("normal")
-    if table.has("along"):
-        laws["along"] = _direction(table, "along")
     if table.has("impact"):
         laws["impact"] = table.text("impact")
-    table.done()
-    table.guard(lambda: system.contact(name, feature, surface, **laws))
+    return laws
 
 
 def _friction(table: Table, key: str) -> Any:
@@ -143,9 +149,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 def read_family(system: System, name: str, table: Table) -> None:
     """Add one family of contacts of a file to the system."""
     shapes = [_shape(place) for place in _each(table, "shapes")]
-    laws: dict[str, Any] = {
-        key: table.expression(key) for key in ("friction", "restitution") if table.has(key)
-    }
+    laws = _laws(table)
     if table.has("against"):
         laws["against"] = [_shape(place) for place in _each(table, "against")]
     if table.has("apart"):
@@ -172,18 +176,26 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     if isinstance(pair, Gap):
         return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
-    if pair.friction_across is not None:
-        keys |= _elliptic(writer, pair)
-    elif pair.friction != 0:
-        keys["friction"] = writer.law(pair.friction)
-    if pair.friction_across is None and pair.static_friction != at_rest(pair.friction):
-        keys["static_friction"] = writer.value(pair.static_friction)
-    if pair.restitution != 0:
-        keys["restitution"] = writer.value(pair.restitution)
-    if pair.impact != "newton":
-        keys["impact"] = f'"{pair.impact}"'
+    keys |= _law_keys(writer, pair) if pair.friction_across is None else _elliptic(writer, pair)
+    keys |= _other_keys(writer, pair)
     if pair.normal_force is not None:
         keys["normal"] = writer.law(pair.normal_force)
+    return keys
+
+
+def _law_keys(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
+    """Return the keys of friction with one coefficient, and their texts."""
+    keys = {"friction": writer.law(pair.friction)} if pair.friction != 0 else {}
+    if pair.static_friction != at_rest(pair.friction):
+        keys["static_friction"] = writer.value(pair.static_friction)
+    return keys
+
+
+def _other_keys(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
+    """Return the keys of laws beside friction and compliance, and their texts."""
+    keys = {"restitution": writer.value(pair.restitution)} if pair.restitution != 0 else {}
+    if pair.impact != "newton":
+        keys["impact"] = f'"{pair.impact}"'
     for key in ("adhesion", "rolling", "spinning"):
         if getattr(pair, key) != 0:
             keys[key] = writer.value(getattr(pair, key))
@@ -208,9 +220,7 @@ def family_keys(writer: ValueTexts, family: ContactFamily) -> dict[str, str]:
     keys = {"shapes": f"[{', '.join(_shape_text(writer, shape) for shape in family.shapes)}]"}
     if family.against:
         keys["against"] = f"[{', '.join(_shape_text(writer, shape) for shape in family.against)}]"
-    for name in ("friction", "restitution"):
-        if getattr(family, name) != 0:
-            keys[name] = writer.value(getattr(family, name))
+    keys |= _law_keys(writer, family) | _other_keys(writer, family)
     if family.apart:
         pairs = (f'["{first.name}", "{second.name}"]' for first, second in family.apart)
         keys["apart"] = f"[{', '.join(pairs)}]"

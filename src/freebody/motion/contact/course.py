@@ -269,10 +269,10 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
     values = {p.name: motion.values[p.name] for p in pair.of.parameters}
     family = pair.of.families[pair.family]
-    gap, approach, slip = pair_quantities(
+    gap, approach, slip, _ = pair_quantities(
         rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]
     )
-    some = [parts[model.contacts[pair.start + k].name] for k in range(len(pair.kinds))]
+    some = [parts[model.contacts[k].name] for k in pair.places]
     forces = np.sum([part.least for part in some], axis=0)
     modes = np.array([part.mode for part in some])
     mode = np.where(

@@ -7,23 +7,28 @@ start and the s_j are integrated together (`phase_slopes.varied`) to its end, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from ..ending import End
 from ..events import event_run
-from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps
-from ..ode.dense_output import Array, Path, Rates, observe
+from ..legs.blow import located
+from ..legs.blow_slopes import Struck, after_blow, event_along
+from ..legs.driven_slopes import DifferentiatedDrives
+from ..legs.sensitivity import slopes_of
+from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
+from ..legs.variation import Unknown, Variation
+from ..ode.dense_output import Array, Path, Rates
 from ..ode.integration import Integration
-from ..phase.scene import LIMIT, Phase
 from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .history import Entry, History
-from .impact_slopes import Impact, after_impact, impact_slope
-from .saltation import After, check_ties, event_slope, kept
+from .impact_slopes import Impact, after_impact, bounces_taken
+from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
@@ -32,6 +37,12 @@ TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
+
+
+NONE = 1e-9
+"""Relative size of a function, or of its rate, that is none."""
+JUMPS = event_run.IMPACT, event_run.TOLD, event_run.OTHER_VALUES
+"""Entries of the log after which rates may jump."""
 
 
 class Happened(NamedTuple):
@@ -44,11 +55,15 @@ class Happened(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """The derivatives of a motion: its path with (q, u, work, heat, s_1, s_2, ...), and times of events of contacts."""
+    """The derivatives of a motion: its path with (q, u, work, heat, s_1, s_2, ...), and times of events of contacts.
+
+    ``shifts``    start and end of each moment between two phases, and the derivatives of its time
+    """
 
     slopes: Slopes
     path: Phases
     happened: tuple[Happened, ...]
+    shifts: tuple[tuple[float, float, Array], ...]
 
 
 class Moment(NamedTuple):
@@ -74,70 +89,70 @@ def moments(history: History) -> tuple[list[int], list[Moment]]:
     return phases, result
 
 
-def follow(
-    slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress,
-    laws: SwitchingLaws | None = None,
-) -> Followed:  # fmt: skip
+def follow(slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress) -> Followed:
     """Return the derivatives of a finished run, from those at its start, shape (unknowns, components of (q, u)).
-
-    ``laws`` are those of loads that switch.
 
     Raises
     ------
     SimulationError
         A motion that has no derivatives.
     """
-    return _Following(slopes, history, problem, between, laws).run(first)
+    return _Following(slopes, history, problem, between).run(first)
 
 
 class _Following:
-    def __init__(
-        self,
-        slopes: Slopes,
-        history: History,
-        problem: Problem,
-        between: Progress,
-        laws: SwitchingLaws | None,
-    ) -> None:
-        self.laws = laws
+    def __init__(self, slopes: Slopes, history: History, problem: Problem, between: Progress) -> None:
         self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
         self.scene, self.moved = slopes.scene, slopes.moved
         self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
         self.alike = max(ALIKE, 1e3 * self.tolerance)
         self.happened: list[Happened] = []
+        self.shifts: list[tuple[float, float, Array]] = []
+        symbols = [Unknown(str(symbol), symbol) for symbol in slopes.symbols]
+        self.variation = Variation(slopes.kernels, symbols)
+        self.drives = DifferentiatedDrives(problem, slopes.unknowns) if slopes.model.switched else None
+
+    @property
+    def laws(self) -> SwitchingLaws | None:
+        """The laws of loads that switch, with the present values of the parameters."""
+        laws, seeds = switching_laws(self.variation, self.slopes.parameters), self.slopes.seeds
+        return laws if laws is None else replace(laws, seeds=seeds, unknowns=len(seeds))
 
     def run(self, first: Array) -> Followed:
         phases, before = moments(self.history)
         segments: list[Segment] = []
         last: Segment | None = None
         S, shifts = first, np.zeros(len(first))
-        if self.laws is not None and phases:
-            one = self.history.path.segments[phases[0]]
-            t, y = one.path.start, one.path.states[0]
-            check_others(self.laws, -1, t, y, first, self.slopes.velocity(one.kernels, t, y))
         for number, moment in zip(phases, before, strict=False):
             segment = self.history.path.segments[number]
             S, leaps = self.passed(last, moment, segment, S, shifts)
             segments += leaps
-            switches = switches_of(self.slopes, self.laws, segment, self.problem.specs, self.tolerance)
-            for piece in pieces(
-                self.slopes, segment, S, self.way(segment), self.between, self.laws, switches
-            ):
+            laws, t, y = self.laws, segment.path.start, segment.path.states[0]
+            if laws is not None and last is None:
+                check_others(laws, -1, t, y, S, self.slopes.velocity(segment.kernels, t, y))
+            switches = switches_of(self.slopes, laws, segment, self.problem.specs, self.tolerance)
+            for piece in pieces(self.slopes, segment, S, self.way(segment), self.between, laws, switches):
                 segments.append(Segment(cast(Path, piece), segment.kernels))
                 S, shifts = piece.last, piece.shifts
-                self.refuse_jumps(piece, switches)
+                self.refuse_jumps(laws, piece, switches)
             last = segment
+        if self.drives is not None and self.history.status == End.FINISHED:
+            self.check_end(self.drives.times_along(self.problem.end))
         # a last moment, with straight steps up to the end of the run
         rest = [self.history.path.segments[k] for k in before[len(phases)].straight]
         segments += [self.straight(one, S) for one in rest]
-        return Followed(self.slopes, Phases(segments, self.history.status), tuple(self.happened))
+        return Followed(
+            self.slopes, Phases(segments, self.history.status), tuple(self.happened), tuple(self.shifts)
+        )
 
-    def refuse_jumps(self, piece: VariationalPath, switches: list[Switch]) -> None:
+    def refuse_jumps(
+        self, laws: SwitchingLaws | None, piece: VariationalPath, switches: list[Switch]
+    ) -> None:
         """Refuse jumps of the rates that no switch of a load has told."""
-        if self.laws is not None:
+        if laws is not None:
             n, states = self.moved, piece.states
             s = states[:, n + 2 :].reshape(len(states), -1, n)
-            refuse_jumps(self.laws, piece.times, states, s, [(x.law, x.time) for x in switches])
+            refuse_jumps(laws, piece.times, states, s, [(x.law, x.time) for x in switches])
 
     def way(self, segment: Segment) -> Callable[[Rates], Integration]:
         """Return how a phase is integrated with its derivatives: explicitly, by the method of the run."""
@@ -164,23 +179,32 @@ class _Following:
         self, last: Segment | None, moment: Moment, segment: Segment, r: Array, shifts: Array
     ) -> tuple[Array, list[Segment]]:
         """Return the derivatives after a moment, and its straight steps; before it they are r - θ y'."""
-        slopes, phase = self.slopes, segment.kernels
-        t, y = segment.path.start, segment.path.states[0]
+        phase, t, y = segment.kernels, segment.path.start, segment.path.states[0]
         straight = [self.history.path.segments[k] for k in moment.straight]
-        self.check_modes(phase, moment, t)
+        check_modes(self.slopes, phase, t, len(straight))
         events, tau = self.times(last, moment, r, shifts, t)
         before = np.zeros(self.moved)
         if last is not None:
-            before = slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
-        sigma = r + np.outer(tau - shifts, before)
-        hits = [self.impact(entry) for entry in moment.entries if entry.kind == event_run.IMPACT]
-        for hit in hits:
-            sigma = after_impact(slopes, hit, sigma, tau)
+            self.shifts.append((last.path.end, t, tau))
+            before = self.slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
+        sigma, hits, jumps = r + np.outer(tau - shifts, before), list[Impact](), bool(events)
+        for entry in moment.entries:
+            if entry.kind == event_run.IMPACT:
+                hits.append(self.impact(entry))
+                sigma = after_impact(self.slopes, hits[-1], sigma, tau)
+            elif entry.kind == event_run.TOLD:
+                sigma = after_blow(self.slopes, self.struck(entry), sigma, tau)
+                hits.clear()  # bounces before it have not ended
+            elif entry.kind == event_run.OTHER_VALUES:
+                self.slopes = self.changed(entry, sigma, tau)
+            jumps |= entry.kind in JUMPS
+        slopes = self.slopes
         if straight:
             length = t - straight[0].path.start
             ways = [slopes.along(phase, t, y, *one) for one in zip(sigma, tau, slopes.seeds, strict=True)]
             sigma = sigma + length * np.array([way.rates for way in ways])
-        sigma = self.bounces_taken(hits, y, phase, sigma, tau, straight)
+        if hits:
+            sigma = bounces_taken(slopes, hits[-1], (y, phase, bool(straight)), sigma, tau)
         stopped = [
             k for k, why in events.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
         ]
@@ -189,25 +213,10 @@ class _Following:
             check_ties(slopes, phase, t, y, list(events))
         after = slopes.velocity(phase, t, y)
         jump = np.abs(after - before).max(initial=0.0)
-        if (
-            last is not None
-            and not hits
-            and not events
-            and jump > ALIKE * (1 + np.abs(before).max(initial=0.0))
-        ):
+        if last is not None and not jumps and jump > ALIKE * (1 + np.abs(before).max(initial=0.0)):
             raise refused(slopes, t, "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
-
-    def check_modes(self, phase: Phase, moment: Moment, t: float) -> None:
-        """Raise for modes whose derivatives indeterminate forces decide."""
-        slopes = self.slopes
-        for k, mode in enumerate(phase.modes):
-            if mode.startswith(LIMIT):
-                what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
-                raise refused(slopes, t, what)
-        if len(moment.straight) > 2:
-            raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
     def times(
         self, last: Segment | None, moment: Moment, r: Array, shifts: Array, t: float
@@ -215,23 +224,80 @@ class _Following:
         """Return the contacts whose own events make a moment, with their reasons, and the derivatives of its time."""
         slopes, tau = self.slopes, np.zeros(len(r))
         events = self.events(last, moment, t)
+        others = [*self.times_of_others(last, moment, r, shifts)]
+        found = others
         if last is None:
             self.check_start(list(events), r, t)
-        found = [] if last is None else self.slopes_of_times(last, events, r, shifts)
-        for other, k in zip(found[1:], list(events)[1:], strict=True):
-            first = next(iter(events))
-            off = np.abs(other - found[0]) > self.alike * (np.abs(other) + np.abs(found[0])) + self.tolerance
-            if off.any():
-                names = " and ".join(f"'{slopes.model.contacts[i].name}'" for i in (first, k))
-                unknown = slopes.unknowns[int(np.argmax(off))].name
-                what = (
-                    f"events of contacts {names} come at the same time, but move apart if '{unknown}' changes"
-                )
-                raise refused(slopes, t, what)
+        else:
+            times = self.slopes_of_times(last, events, r, shifts)
+            names = [f"contact '{slopes.model.contacts[k].name}'" for k in events]
+            found = [*zip(names, times, strict=True), *others]
         if found:
-            tau = found[0]
+            tau = found[0][1]
+        for name, other in found[1:]:
+            self.check_together(t, (found[0][0], name), other - tau, np.abs(other) + np.abs(tau))
+        if t >= self.problem.end:
+            self.check_end(others)
         self.happened += [Happened(t, slopes.model.contacts[k].name, tau) for k in events]
         return events, tau
+
+    def check_end(self, others: Iterable[tuple[str, Array]]) -> None:
+        """Raise if a blow or a sample comes at the end of a run, and would come after it if an unknown changed."""
+        slopes, p = self.slopes, self.problem
+        end = np.array(slopes_of(slopes.model, slopes.unknowns, p.numbers, p.request.until))
+        for name, tau in others:
+            self.check_together(p.end, (name, "the end of the run"), tau - end, np.abs(tau) + np.abs(end))
+
+    def check_together(self, t: float, names: tuple[str, str], apart: Array, size: Array) -> None:
+        """Raise if two events would not come at the same time if an unknown changed."""
+        off = np.abs(apart) > self.alike * size + self.tolerance
+        if off.any():
+            unknown = self.slopes.unknowns[int(np.argmax(off))].name
+            what = f"{' and '.join(names)} come at the same time, but move apart if '{unknown}' changes"
+            raise refused(self.slopes, t, what)
+
+    def times_of_others(
+        self, last: Segment | None, moment: Moment, r: Array, shifts: Array
+    ) -> Iterator[tuple[str, Array]]:
+        """Yield the blows, signals and controllers of a moment, with the derivatives of their times."""
+        slopes = self.slopes
+        for entry in moment.entries:
+            if entry.kind == event_run.OTHER_VALUES and self.drives is not None:
+                yield from self.drives.times_along(self.history.work.changed_at[entry.marks[0]][0])
+            elif entry.kind == event_run.TOLD:
+                hit = self.struck(entry)
+                name = f"blow '{hit.blow.name}'"
+                if not located(slopes.kernels, hit.blow):
+                    values = self.values(slopes.parameters)
+                    yield name, np.array(slopes_of(slopes.model, slopes.unknowns, values, hit.blow.when))
+                elif last is not None:
+                    y = last.path.states[-1]
+                    f = slopes.velocity(last.kernels, hit.t, y)
+                    value, rate, *ways = event_along(slopes, hit.blow, (hit.t, y, f), (r, shifts))
+                    if abs(value) > NONE * (1 + np.abs(y).max(initial=0.0)):
+                        continue  # it jumps over zero, at the time of another event
+                    if abs(rate) <= NONE * (1 + np.abs(ways).max(initial=0.0)):
+                        raise refused(slopes, hit.t, f"what calls for {name} only touches zero there")
+                    yield name, shifts - np.array(ways) / rate
+
+    def struck(self, entry: Entry) -> Struck:
+        """Return a blow of the log."""
+        told, model = self.history.told[entry.marks[0]], self.slopes.model
+        names = (*model.coordinate_names, *model.speed_names)
+        before, after = (np.array([of[x] for x in names]) for of in (told.state, told.after))
+        return Struck(self.history.work.struck[entry.marks[0]], told.time, before, after)
+
+    def values(self, parameters: Array) -> dict[str, float]:
+        """Return values of the parameters by their names."""
+        return dict(zip((p.name for p in self.slopes.model.parameters), parameters.tolist(), strict=True))
+
+    def changed(self, entry: Entry, sigma: Array, tau: Array) -> Slopes:
+        """Return the derivatives with the values that a signal or controller has set."""
+        slopes, number = self.slopes, entry.marks[0]
+        (t, y), parameters = self.history.work.changed_at[number], self.history.work.changes[number][1]
+        assert self.drives is not None
+        self.drives.follow(t, y[: self.moved], sigma, tau, self.values(parameters))
+        return Slopes(slopes.kernels, slopes.unknowns, parameters, self.drives.along(slopes.symbols))
 
     def events(self, last: Segment | None, moment: Moment, t: float) -> dict[int, int]:
         """Return the contacts whose own events make a moment, with their reasons."""
@@ -289,7 +355,7 @@ class _Following:
                 raise refused(
                     slopes, t, f"contacts without load share the force that ends the mode of '{name}'"
                 )
-            self.check_passing(last, k, why, rate)
+            check_passing(slopes, last, k, why, rate, self.tolerance)
             along = np.array([event_slope(slopes, phase, t, y, k, why, way) for way in ways])
             result.append(shifts - along / rate)
         return result
@@ -308,25 +374,6 @@ class _Following:
                         f"contact '{name}' begins closed, and would not if '{unknown.name}' changed",
                     )
 
-    def check_passing(self, last: Segment, k: int, why: int, rate: float) -> None:
-        """Raise if the function of an event only touches zero, as far as the errors of the run tell."""
-        path, grazes = last.path, rate == 0
-        if why == event_run.GAP_CLOSED:
-            program = last.kernels.contact()
-            constants = program.constants(self.slopes.parameters)
-            gaps = observe(
-                program.address("gap"), program.outputs("gap"), path.times, path.states, constants
-            )[:, k]
-            # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
-            lasted = path.end - path.start
-            grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(self.tolerance) * np.abs(gaps).max()
-        if grazes:
-            name = self.slopes.model.contacts[k].name
-            raise refused(
-                self.slopes, path.end,
-                f"contact '{name}' only touches there, with the rate {rate:.2g}: if an unknown changed, it might not",
-            )  # fmt: skip
-
     def impact(self, entry: Entry) -> Impact:
         """Return an impact of the log."""
         slopes, n_y, numbers = self.slopes, self.moved + 2, entry.numbers
@@ -340,41 +387,6 @@ class _Following:
             at += 2 + size
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
         return Impact(t, before, after, chosen, impulses, part, still)
-
-    def bounces_taken(
-        self, hits: list[Impact], y: Array, phase: Any, sigma: Array, tau: Array, straight: list[Segment]
-    ) -> Array:
-        """Return derivatives after the rest of bounces is taken away from contacts that stay closed after an impact."""
-        if not hits:
-            return sigma
-        hit, slopes, scene = hits[-1], self.slopes, self.scene
-        restitution = hit.part * slopes.look(hit.t, hit.before).restitution
-        still = slopes.look(hit.t, hit.after)
-        taken = [
-            k for k in hit.chosen
-            if phase.modes[k] != "open" and restitution[k] > 0 and abs(still.rate[scene.first[k]]) > hit.still
-        ]  # fmt: skip
-        if not taken:
-            return sigma
-        closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
-        if straight:
-            raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
-        change = y.copy()
-        change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
-        impulses = self.impulses_between(hit, change, closed)
-        rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed, taken=True)
-        return impact_slope(slopes, rest, sigma, tau)[0]
-
-    def impulses_between(self, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
-        """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
-        slopes, scene = self.slopes, self.scene
-        n_q = slopes.model.n_q
-        seen = slopes.look(hit.t, hit.after)
-        rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
-        change = slopes.mass(hit.t, hit.after) @ (after - hit.after)[n_q : self.moved]
-        result = np.zeros(scene.rows)
-        result[rows] = np.linalg.lstsq(seen.matrix[rows].T, change, rcond=1e-11)[0]
-        return result
 
 
 def _notes(entry: Entry, contacts: int) -> list[list[int]]:

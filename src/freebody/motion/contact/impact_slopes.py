@@ -4,12 +4,13 @@
 
 A change (σ, τ, dp) of the state before, of the time and of the unknowns gives
 
-    M (σ⁺ - σ⁻) + d(M Δu) = Σ Λ dW + Wᵀ dΛ,    dv_N⁺ = -e dv_N⁻ - de v_N⁻,
+    M (σ⁺ - σ⁻) + d(M Δu) = Σ Λ dW + Wᵀ dΛ + Σ Λ_c dG + Gᵀ dΛ_c,    G σ⁺ = -d(G u⁺ + γ),    dv_N⁺ = -e dv_N⁻ - de v_N⁻,
     dv_T⁺ = 0 or dΛ_T = -μ d dΛ_N - Λ_N (dμ d + μ (1 - d dᵀ)/|v_T⁺| dv_T⁺)
 
-which is linear in σ⁺ and dΛ. Poisson's law is a compression (e = 0), and an expansion in which a contact presses with
-e Λ_C or has v_N⁺ = 0. What resists rolling and spinning has Λ_N of its contact, and friction in a joint the impulse P
-of its reaction in place of Λ_N (`loaded_slopes`).
+with the impulses Λ_c of the machine's own conditions G u + γ = 0. This is linear in σ⁺, dΛ and dΛ_c. Poisson's law is
+a compression (e = 0), and an expansion in which a contact presses with e Λ_C or has v_N⁺ = 0. What resists rolling and
+spinning has Λ_N of its contact, and friction in a joint the impulse P of its reaction in place of Λ_N
+(`loaded_slopes`).
 
 Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), section 7.1.3.
 """
@@ -25,6 +26,7 @@ from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
+from ..phase.scene import Phase
 from ..phase.snapshot import Snapshot
 from .slopes import Slopes, refused
 
@@ -41,6 +43,7 @@ class Impact(NamedTuple):
 
     ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
     ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
+    ``origin``      its laws are those of another state, that before the compression, with its derivatives
     """
 
     t: float
@@ -52,6 +55,7 @@ class Impact(NamedTuple):
     still: float
     taken: bool = False
     compressed: Any = None
+    origin: Any = None
 
 
 class Law(NamedTuple):
@@ -100,9 +104,6 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
         return impact_slope(slopes, hit, sigma, tau)[0]
     for k in hit.chosen:
-        if contacts[k].slows:
-            what = f"contact '{contacts[k].name}' collides by Poisson's law with friction that depends on its slip"
-            raise refused(slopes, hit.t, what)
         if contacts[k].loaded:
             what = (
                 f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
@@ -111,9 +112,14 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     given, middle = compression(slopes, hit, seen), hit.before.copy()
     middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
     first = hit._replace(after=middle, impulses=given, part=0.0)
-    sigma, of_impulses = impact_slope(slopes, first, sigma, tau)
-    second = hit._replace(before=middle, impulses=hit.impulses - given, compressed=(given, of_impulses))
-    return impact_slope(slopes, second, sigma, tau)[0]
+    between, of_impulses = impact_slope(slopes, first, sigma, tau)
+    second = hit._replace(
+        before=middle,
+        impulses=hit.impulses - given,
+        compressed=(given, of_impulses),
+        origin=(hit.before, sigma),
+    )
+    return impact_slope(slopes, second, between, tau)[0]
 
 
 def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
@@ -141,13 +147,15 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
     """Return the derivatives after one stage of an impact, and those of the impulses of all rows."""
     laws, n_q, n = _laws(slopes, hit), slopes.model.n_q, slopes.model.n_u
     rows = [r for law in laws for r in law.rows]
-    W, M = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
-    A = _equations(laws, rows, W, M)
+    W, (M, G) = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
+    A = _equations(laws, rows, W, M, G)
+    left = M @ (hit.after - hit.before)[n_q : n_q + n] - hit.impulses @ W
+    own: Any = np.linalg.lstsq(G.T, left, rcond=None)[0]
     scale = np.abs(A).max(axis=1)
     scale[scale == 0] = 1
     result, forces = sigma.copy(), np.zeros((len(sigma), slopes.scene.rows))
     for j, s in enumerate(sigma):
-        right = _right(slopes, hit, laws, s, tau[j], j)
+        right = _right(slopes, hit, laws, own, s, tau[j], j)
         right[:n] += M @ s[n_q:]
         right /= scale
         x = np.linalg.lstsq(A / scale[:, None], right, rcond=1e-11)[0]
@@ -156,15 +164,16 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
             names = ", ".join(f"'{slopes.model.contacts[k].name}'" for k in hit.chosen)
             what = f"contacts {names} would not collide together if '{slopes.unknowns[j].name}' changed"
             raise refused(slopes, hit.t, what)
-        result[j, n_q:], forces[j, rows] = x[:n], x[n:]
+        result[j, n_q:], forces[j, rows] = x[:n], x[n : n + len(rows)]
     return result, forces
 
 
-def _equations(laws: list[Law], rows: list[int], W: Array, M: Array) -> Array:
-    """Return the matrix of the equations of σ⁺ and dΛ."""
+def _equations(laws: list[Law], rows: list[int], W: Array, M: Array, G: Array) -> Array:
+    """Return the matrix of the equations of σ⁺, dΛ and dΛ_c."""
     n, i, normals = len(M), len(M), dict[int, int]()
-    A = np.zeros((n + len(rows), n + len(rows)))
-    A[:n, :n], A[:n, n:] = M, -W[rows].T
+    end = n + len(rows)
+    A = np.zeros((end + len(G), end + len(G)))
+    A[:n, :n], A[:n, n:end], A[:n, end:], A[end:, :n] = M, -W[rows].T, -G.T, G
     for law in laws:
         if law.normal is not None:
             normals[law.contact] = i
@@ -184,27 +193,32 @@ def _equations(laws: list[Law], rows: list[int], W: Array, M: Array) -> Array:
                     A[i, normals[law.presser]] = law.friction * law.way[place]
                 else:
                     A[i, :n] += law.friction * law.way[place] * law.load.by_jump
-                    A[i, n:] += law.friction * law.way[place] * law.load.by_impulses[rows]
+                    A[i, n:end] += law.friction * law.way[place] * law.load.by_impulses[rows]
             i += 1
     return A
 
 
-def _right(slopes: Slopes, hit: Impact, laws: list[Law], s: Array, tau: float, j: int) -> Array:
-    """Return the right-hand sides for a change with the unknown j, without M σ⁻."""
+def _right(slopes: Slopes, hit: Impact, laws: list[Law], own: Any, s: Array, tau: float, j: int) -> Array:
+    """Return the right-hand sides for a change with the unknown j, without M σ⁻; ``own`` is Λ_c."""
     n_q, n, scene = slopes.model.n_q, slopes.model.n_u, slopes.scene
     dp, still = slopes.seeds[j], np.concatenate([s[:n_q], np.zeros(n)])
     change = (hit.after - hit.before)[n_q : n_q + n]
     first = -slopes.of_momentum(hit.t, hit.before, change, still, tau, dp)
     result = [first]
+    speeds = slopes.of_conditions(hit.t, hit.after, still, tau, dp)[0]
+    first += own @ slopes.of_conditions(hit.t, hit.before, still, tau, dp)[1]
     for law in laws:
         k, at = law.contact, scene.first[law.contact]
-        own = slopes.of_contact(k, hit.t, hit.before, s, tau, dp)
+        touch = slopes.of_contact(k, hit.t, hit.before, s, tau, dp)
         after = slopes.rates_of(slopes.of_contact(k, hit.t, hit.after, still, tau, dp), k)
-        of_laws = slopes.laws_of(own, k)
+        of_laws = slopes.laws_of(touch, k)
+        if hit.origin is not None:
+            state, sigma = hit.origin
+            of_laws = slopes.laws_of(slopes.of_contact(k, hit.t, state, sigma[j], tau, dp), k)
         for r in range(at, at + 1 + scene.tangents[k]):
-            first += hit.impulses[r] * slopes.row_entries(own, r)
+            first += hit.impulses[r] * slopes.row_entries(touch, r)
         if law.normal is not None and law.grown is None:
-            normal = -after[0] - law.e * slopes.rates_of(own, k)[0] - law.part * of_laws[2] * law.speed
+            normal = -after[0] - law.e * slopes.rates_of(touch, k)[0] - law.part * of_laws[2] * law.speed
             result.append(np.array([normal]))
         elif law.normal is not None:
             result.append(np.array([law.grown[j] + law.part * of_laws[2] * law.impulse / law.e]))
@@ -215,7 +229,7 @@ def _right(slopes: Slopes, hit: Impact, laws: list[Law], s: Array, tau: float, j
                 result[-1] -= law.friction * law.way * law.load.change(j, s, tau)
         elif law.tangents:
             result.append(-after[1:])
-    return np.concatenate(result)
+    return np.concatenate([*result, -speeds])
 
 
 def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
@@ -231,11 +245,10 @@ def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
         r for law in result for r in law.rows
         if r == law.normal or not (law.way is not None or law.contact in limits)
     ]  # fmt: skip
+    W, G = before.matrix, slopes.mass(hit.t, hit.before)[1]
     for law in result:  # at the limit of friction it sticks if the others hold it
-        W = before.matrix
-        if law.contact in limits and np.linalg.matrix_rank(
-            W[[*held, *law.rows]], NONE
-        ) > np.linalg.matrix_rank(W[held], NONE):
+        some, all_ = (np.vstack([W[rows], G]) for rows in (held, [*held, *law.rows]))
+        if law.contact in limits and np.linalg.matrix_rank(all_, NONE) > np.linalg.matrix_rank(some, NONE):
             what = (
                 f"contact '{slopes.model.contacts[law.contact].name}' is between stick and slip in an impact"
             )
@@ -283,12 +296,12 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
 
 def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:
     """Return a law with its friction: stick, or slip along a direction."""
-    before, after = seen
+    state = hit.before if hit.origin is None else hit.origin[0]
     at, n, still = slopes.scene.first[k], slopes.scene.tangents[k], SLOW * hit.still
-    slip = after.rate[at + 1 : at + 1 + n]
-    rests = np.linalg.norm(before.rate[at + 1 : at + 1 + n]) <= hit.still and hit.compressed is None
+    slip = seen[1].rate[at + 1 : at + 1 + n]
+    rests = np.linalg.norm(slopes.look(hit.t, state).rate[at + 1 : at + 1 + n]) <= hit.still
     place = 3 if rests else 0
-    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, hit.before), k)[place])
+    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, state), k)[place])
     law = law._replace(friction=mu, place=place)
     if n == 0 or mu == 0:
         return law
@@ -297,3 +310,44 @@ def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Sn
         return law
     way = slip / size
     return law._replace(way=way, turn=(np.eye(n) - np.outer(way, way)) / size)
+
+
+# -- bounces ---------------------------------------------------------------------------------------------
+
+
+def bounces_taken(
+    slopes: Slopes, hit: Impact, start: tuple[Array, Phase, bool], sigma: Array, tau: Array
+) -> Array:
+    """Return derivatives after the rest of bounces is taken away from contacts that stay closed after an impact.
+
+    ``start`` is that of the next phase: its state, its modes, and whether straight steps lead to it.
+    """
+    (y, phase, straight), scene = start, slopes.scene
+    restitution = hit.part * slopes.look(hit.t, hit.before).restitution
+    still = slopes.look(hit.t, hit.after)
+    taken = [
+        k for k in hit.chosen
+        if phase.modes[k] != "open" and restitution[k] > 0 and abs(still.rate[scene.first[k]]) > hit.still
+    ]  # fmt: skip
+    if not taken:
+        return sigma
+    closed = [k for k in hit.chosen if phase.modes[k] != "open" and k not in scene.loaded]
+    if straight:
+        raise refused(slopes, hit.t, "a series of bounces ends as a slip begins or ends")
+    change = y.copy()
+    change[: slopes.model.n_q] = hit.after[: slopes.model.n_q]
+    impulses = _impulses_between(slopes, hit, change, closed)
+    rest = hit._replace(before=hit.after, after=change, impulses=impulses, chosen=closed, taken=True)
+    return impact_slope(slopes, rest, sigma, tau)[0]
+
+
+def _impulses_between(slopes: Slopes, hit: Impact, after: Array, closed: Sequence[int]) -> Array:
+    """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
+    scene, n_q = slopes.scene, slopes.model.n_q
+    seen = slopes.look(hit.t, hit.after)
+    rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    M, G = slopes.mass(hit.t, hit.after)
+    change, pushed = M @ (after - hit.after)[n_q : slopes.moved], np.vstack([seen.matrix[rows], G])
+    result = np.zeros(scene.rows)
+    result[rows] = np.linalg.lstsq(pushed.T, change, rcond=1e-11)[0][: len(rows)]
+    return result

@@ -87,7 +87,8 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
-    for c in model.contacts:
+    of_families = (contact for family in model.families for contact in family.representatives)
+    for c in (*model.contacts, *of_families):
         for name in ("radius", "length") if c.loaded else ():
             given = getattr(c.law, name)
             size = (

@@ -127,7 +127,7 @@ class Patches:
         later[:n_q] += dt * np.array([float(x) for x in coordinate_rates(self.model, state)])
         for p, (pair, places) in enumerate(zip(self.pairs, self.places, strict=True)):
             at = {place: self.most * p + k for k, place in enumerate(places)}
-            open_places = [place for place in places if it.mode[pair.start + place] == 0]
+            open_places = [place for place in places if it.mode[pair.places[place]] == 0]
             now = self._beside(p, t, y, [at[place] for place in open_places])
             edge = {k: d for k, d in zip(open_places, now, strict=True) if d > -self._band(p)}
             then = self._beside(p, t + dt, later, [at[place] for place in edge])
@@ -202,7 +202,7 @@ class Patches:
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
         it.used[p] = len(kept) or -1
         for k, (place, one) in enumerate(kept.items(), start=start):
-            it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.start + place
+            it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.places[place]
             it.tied[k] = marks.get(place, tie)
         self.places[p], self.last[p] = kept, t
         return kept != places

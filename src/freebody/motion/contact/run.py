@@ -26,12 +26,12 @@ from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
-from ..legs.loaded_joints import check_blows, jammed, struck_load
 from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
 from ..start.fitting import refuse_misfits
+from ..start.loaded_joints import check_blows, jammed, struck_load
 from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.progress import Progress
 from .state import ContactRun
@@ -143,7 +143,9 @@ def struck(work: ContactRun, blow: Blow) -> None:
     if it.loads > 0:
         rub(work, blow, hit)
     it.bounces, it.stale = 0, 1
-    tell(work, happening_of(kernels, it.t, blow.name, before, np.array(it.y), hit.warnings))
+    log(work, event_run.TOLD, len(work.told))
+    work.told.append(happening_of(kernels, it.t, blow.name, before, np.array(it.y), hit.warnings))
+    work.struck.append(blow)
 
 
 def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
@@ -172,12 +174,11 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
         raise refusal(work, why)
 
 
-def tell(work: ContactRun, told: object) -> None:
-    """Add a happening to the log."""
+def log(work: ContactRun, kind: int, number: int) -> None:
+    """Add an entry to the log that is one number."""
     it = work.it
     work.memory.fit_entry()
-    work.told.append(told)
-    it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
+    it.marks[it.marked : it.marked + 4] = kind, 4, it.numbered, number
     it.marked += 4
 
 
@@ -204,6 +205,8 @@ def changed(work: ContactRun) -> bool:
     if drives is None or not drives.change(it.t, y):
         return False
     before, energy = np.sign(watched(work, y)), work.energies(it.t, y).sum()
+    log(work, event_run.OTHER_VALUES, len(work.changes))
+    work.changed_at[len(work.changes)] = it.t, y
     work.set_values(dict(drives.numbers))
     it.most_phases += 1
     it.stale = 1

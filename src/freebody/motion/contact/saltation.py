@@ -23,9 +23,10 @@ import numpy as np
 
 from ..events import event_run
 from ..events.event_run import STILL
-from ..ode.dense_output import Array
+from ..ode.dense_output import Array, observe
 from ..phase.laws import CLOSED
-from ..phase.scene import Phase
+from ..phase.scene import LIMIT, Phase
+from ..trajectory.phases import Segment
 from .slopes import Slopes, refused
 
 # -- times -------------------------------------------------------------------------------------------------
@@ -66,6 +67,22 @@ def reach_at_zero(slopes: Slopes, t: float, y: Array, k: int) -> int:
     own = slopes.outputs(k, t, y)
     count = slopes.scene.candidates.pattern.contacts[k].reaches
     return int(np.argmin(np.abs(own[1 : 1 + count])))
+
+
+def check_passing(slopes: Slopes, last: Segment, k: int, why: int, rate: float, tolerance: float) -> None:
+    """Raise if the function of an event only touches zero, as far as the errors of the run tell."""
+    path, grazes = last.path, rate == 0
+    if why == event_run.GAP_CLOSED:
+        program = last.kernels.contact()
+        constants = program.constants(slopes.parameters)
+        gaps = observe(program.address("gap"), program.outputs("gap"), path.times, path.states, constants)
+        # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
+        lasted = path.end - path.start
+        grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(tolerance) * np.abs(gaps[:, k]).max()
+    if grazes:
+        name = slopes.model.contacts[k].name
+        what = f"contact '{name}' only touches there, with the rate {rate:.2g}: if an unknown changed, it might not"
+        raise refused(slopes, path.end, what)
 
 
 # -- the next phase ----------------------------------------------------------------------------------------
@@ -126,6 +143,16 @@ def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
             A = seen.matrix[rows] @ X.T
             result[j, n_q:] -= np.linalg.lstsq(A, wrong, rcond=1e-10)[0] @ X
     return result
+
+
+def check_modes(slopes: Slopes, phase: Phase, t: float, straight: int) -> None:
+    """Raise for modes whose derivatives indeterminate forces decide; ``straight`` steps lead to them."""
+    for k, mode in enumerate(phase.modes):
+        if mode.startswith(LIMIT):
+            what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
+            raise refused(slopes, t, what)
+    if straight > 2:
+        raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
 
 def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int]) -> None:

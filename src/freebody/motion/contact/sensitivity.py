@@ -10,68 +10,72 @@ from typing import Any, cast
 import numpy as np
 
 from ...dynamics import State, kinetic_energy, potential_energy
-from ...errors import SimulationError, nearest
+from ...errors import NoDerivativesError, SimulationError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
 from ..events import event_run
 from ..kernels.contact_quantities import OfContacts
+from ..kernels.methods import check_method_of_phases
 from ..kernels.program import Program
 from ..kernels.switches import value_of
+from ..legs.blow import blows_of
+from ..legs.blow_slopes import check_blow
 from ..legs.sensitivity import (
     Derivatives,
     Sensitivity,
     check_sensitive,
-    check_unswitched,
+    check_start,
     slopes_of,
 )
-from ..legs.switch_slopes import switching_laws
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
 from ..request import Request, problem_of
+from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.in_legs import phases_of
 from ..trajectory.outputs import OfContact, OfReaction
+from ..trajectory.peaks import Peak, peaks
+from ..trajectory.phases import Segment
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
 from .history import History
 from .motion import touching_motion_of
-from .slopes import NoDerivativesError, Slopes
+from .slopes import ENERGIES, Slopes, of_contact, without_derivative
 
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
-ENERGIES = ("kinetic_energy", "potential_energy", "energy")
+ALIKE, SAME = 1e-9, 1e-6
+"""Relative differences up to which two values are equal, and their derivatives."""
 
 
 def check_derivable(request: Request) -> None:
     """Refuse motions without derivatives, with contacts or without."""
-    (check_touching if has_events(request) else check_sensitive)(request)
-
-
-def has_events(request: Request) -> bool:
-    """Return True for a motion from event to event of contacts."""
-    return bool(request.model.contacts) and request.method != "timestepping"
+    (check_touching if request.in_phases else check_sensitive)(request)
 
 
 def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
-    model = request.model
+    model, blows = request.model, blows_of(request.impulses)
     if model.patches:
         raise NoDerivativesError(
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
             f"'{model.name}'. {CURE_OF_MACHINES}"
         )
-    if model.constraints:
-        raise NoDerivativesError(
-            f"Expected a machine without constraints for sensitivities= with contacts, but '{model.name}' has "
-            f"{', '.join(map(repr, model.constraints))}. {CURE_OF_MACHINES}"
+    check_start(request)
+    if not model.contacts:
+        check_method_of_phases(
+            request.method, request.step, "sensitivities= beside signals, controllers or blows"
         )
     if request.impacts != "simultaneous":
         raise NoDerivativesError(
             f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."
         )
-    check_unswitched(request)
+    check_blows(model, blows, "its motion has derivatives")
+    for blow in blows:
+        check_blow(blow)
 
 
 def tips_at(history: History) -> float | None:
@@ -109,7 +113,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     first = start_slopes(
         kernels, unknowns, problem.state, numbers, request.initial or {}, request.near or {}, problem.begin
     )
-    slopes, variation = Slopes(kernels, unknowns, numbers), Variation(kernels, unknowns)
+    slopes, variation = Slopes(kernels, unknowns, kernels.parameters(numbers)), Variation(kernels, unknowns)
     with problem.progress() as between:
         trajectory, history = touching_motion_of(problem, between, sided=False)
         if trajectory.path.status == End.INTERRUPTED:
@@ -120,8 +124,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
                 f"A disk of '{model.name}' that lies flat turns the points on which it stands with the load, or tips, "
                 f"at t = {tips:.9g} s, and a motion has no derivatives here beyond that. {CURE_OF_MACHINES}"
             )
-        laws = switching_laws(variation, slopes.parameters)
-        followed = follow(slopes, history, problem, first[:, : slopes.moved], between, laws)
+        followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
     course = cast(Touching, trajectory.course)
     trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))
     return trajectory
@@ -185,22 +188,67 @@ class TouchingNumbers:
         return self.followed.path.sample(self.motion.t)
 
     def number(self, how: str, quantity: Expression, name: str) -> Array:
-        """Return the derivatives of a number of the whole run: of its first or last value.
+        """Return the derivatives of a number of the whole run: of its first, last, greatest or smallest value.
 
         Raises
         ------
         SimulationError
-            Another number.
+            A number that has none, such as the greatest of two equal values.
         """
-        if how not in ("initial", "final"):
-            raise SimulationError(
-                f"Expected the first or the last value of a quantity for a derivative of a motion with contacts, got "
-                f"'{name}': an extreme may lie at an impact. Ask for the quantity at times=."
-            )
+        if how == "range":
+            return self._extreme(quantity, 1, name) - self._extreme(quantity, -1, name)
+        if how in ("max", "min"):
+            return self._extreme(quantity, 1 if how == "max" else -1, name)
         path = self.motion.path
         if how == "initial":
             return self.slopes(quantity, np.array([path.start]))[0]
         return self._total(quantity, path.end, self._last(path.end), self.end)
+
+    def _extreme(self, quantity: Expression, sign: int, name: str) -> Array:
+        """Return the derivatives of a quantity where ``sign`` times it is greatest: d/dp = Dx + x' dt/dp.
+
+        At the ends of a phase dt/dp is that of the time at which it ends. Between them x' = 0.
+        """
+        if isinstance(quantity, OfContact):
+            raise without_derivative(name)
+        found = list(
+            peaks(self.followed.path, lambda t, segment: self._course(quantity, t, segment), sign, name)
+        )
+        best = max(sign * one.value for one in found)
+        size = max(abs(one.value) for one in found)
+        near = [one for one in found if sign * one.value >= best - ALIKE * size]
+        slopes = np.array([self._at_peak(quantity, one) for one in near])
+        apart = np.abs(slopes - slopes[0]) > SAME * (1 + np.abs(slopes[0]))
+        if apart.any():
+            i, j = np.argwhere(apart)[0]
+            first, last = sorted((near[0].time, near[i].time))
+            raise NoDerivativesError(
+                f"Expected one derivative of '{name}' by '{self.of.unknowns[j].name}', but the run reaches "
+                f"{near[0].value:.6g} at t = {first:.6g} s and at t = {last:.6g} s alike, with the derivatives "
+                f"{slopes[0, j]:.6g} and {slopes[i, j]:.6g}. Ask for the quantity at these times."
+            )
+        return cast(Array, slopes[0])
+
+    def _course(self, quantity: Expression, times: Array, segment: Segment) -> Array:
+        """Return a quantity and its rate in a phase."""
+        of, n = _slopes(segment), self.of.moved
+        y = segment.path.sample(times)[:, : n + 2]
+        motion = segment.kernels.motion()
+        f = observe(motion.address("rates"), n + 2, times, y, motion.constants(of.parameters))[:, :n]
+        given = np.hstack([y[:, :n], f, np.ones((len(times), 1)), np.zeros((len(times), len(of.symbols)))])
+        program = self._program(quantity)
+        return observe(program.address("course"), 2, times, given, program.constants(of.parameters))
+
+    def _at_peak(self, quantity: Expression, one: Peak) -> Array:
+        """Return the derivatives of a value that may be the greatest."""
+        path, shift = self.followed.path, np.zeros(len(self.of.unknowns))
+        if one.end and one.time == path.end and one.segment is path.segments[-1]:
+            shift = self.end
+        elif one.end:
+            shift = next((tau for a, b, tau in self.followed.shifts if a <= one.time <= b), shift)
+        row = one.segment.path.sample(np.array([one.time]))[0]
+        f = _slopes(one.segment).velocity(one.segment.kernels, one.time, row[: self.of.moved + 2])
+        return self._total(quantity, one.time, (row, f, one.segment), shift)
 
     @cached_property
     def end(self) -> Array:
@@ -231,8 +279,9 @@ class TouchingNumbers:
                 f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
                 "motion.sensitivity.times(contact)."
             )
-        row, f, _ = self._before(crossing.time)
-        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+        row, f, segment = self._before(crossing.time)
+        of = _slopes(segment)
+        n, zero = of.moved, np.zeros(len(of.symbols))
         program, y = motion.kernels.expressions((quantity,)), row[None, :n]
         (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
         if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
@@ -241,9 +290,9 @@ class TouchingNumbers:
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        (rate,) = self._observed(quantity, crossing.time, row[:n], f, 1.0, zero)
-        ways = [self._observed(quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-                for j, dp in enumerate(self.of.seeds)]  # fmt: skip
+        (rate,) = self._observed(segment, quantity, crossing.time, row[:n], f, 1.0, zero)
+        ways = [self._observed(segment, quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+                for j, dp in enumerate(of.seeds)]  # fmt: skip
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
@@ -251,64 +300,88 @@ class TouchingNumbers:
             )
         return -np.array(ways) / rate
 
-    def _total(self, quantity: Expression, t: float, last: tuple[Array, Array], shift: Array) -> Array:
-        row, f = last
-        n, zero = self.of.moved, np.zeros(len(self.of.symbols))
+    def _total(
+        self, quantity: Expression, t: float, last: tuple[Array, Array, Segment], shift: Array
+    ) -> Array:
+        row, f, segment = last
+        of = _slopes(segment)
+        n, zero = of.moved, np.zeros(len(of.symbols))
         ways = [
-            self._observed(quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-            for j, dp in enumerate(self.of.seeds)
+            self._observed(segment, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
+            for j, dp in enumerate(of.seeds)
         ]
-        (rate,) = self._observed(quantity, t, row[:n], f, 1.0, zero)
+        (rate,) = self._observed(segment, quantity, t, row[:n], f, 1.0, zero)
         return np.array(ways) + rate * shift
 
-    def _last(self, t: float) -> tuple[Array, Array]:
+    def _last(self, t: float) -> tuple[Array, Array, Segment]:
         segment = self.followed.path.segments[-1]
-        row = segment.path.states[-1]
-        return row, self.of.velocity(segment.kernels, t, row[: self.of.moved + 2])
+        row, of = segment.path.states[-1], _slopes(segment)
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
 
-    def _before(self, t: float) -> tuple[Array, Array, Any]:
+    def _before(self, t: float) -> tuple[Array, Array, Segment]:
         """Return the state with its derivatives, and the rates, at a time, before what may happen then."""
-        segments = self.followed.path.segments
-        k = next(i for i, segment in enumerate(segments) if segment.path.end >= t)
-        row = segments[k].path.sample(np.array([t]))[0]
-        return row, self.of.velocity(segments[k].kernels, t, row[: self.of.moved + 2]), segments[k]
+        segment = next(one for one in self.followed.path.segments if one.path.end >= t)
+        row, of = segment.path.sample(np.array([t]))[0], _slopes(segment)
+        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
 
     # -- programs ----------------------------------------------------------------------------------
 
     def slopes(self, quantity: Expression, times: Array) -> Array:
         """Return the derivatives of a quantity at times, shape (times, unknowns)."""
-        states = self.states if times is self.motion.t else self.followed.path.sample(times)
+        path, states = self.followed.path, self.states
+        if times is not self.motion.t:
+            states = path.sample(times)
         n, result = self.of.moved, np.empty((len(times), len(self.of.unknowns)))
-        for j, dp in enumerate(self.of.seeds):
-            s = states[:, n + 2 + j * n :][:, :n]
-            given = np.hstack([states[:, :n], s, np.zeros((len(times), 1)), np.tile(dp, (len(times), 1))])
-            result[:, j] = self._values(quantity, times, given)[:, 0]
+        for k, chosen in path.split(times):
+            segment, t, y = path.segments[k], times[chosen], states[chosen]
+            of = _slopes(segment)
+            for j, dp in enumerate(of.seeds):
+                s = y[:, n + 2 + j * n :][:, :n]
+                if isinstance(quantity, OfContact):
+                    rows = zip(t, y, s, strict=True)
+                    result[chosen, j] = [
+                        self._observed(segment, quantity, x, one[:n], way, 0.0, dp)[0] for x, one, way in rows
+                    ]
+                    continue
+                given = np.hstack([y[:, :n], s, np.zeros((len(t), 1)), np.tile(dp, (len(t), 1))])
+                result[chosen, j] = self._values(of, quantity, t, given)[:, 0]
+        if isinstance(quantity, OfContact) and quantity.what in ("normal", "tangential"):
+            result[self._indeterminate(quantity, times)] = np.nan
         return result
 
-    def _observed(
-        self, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
-    ) -> Sequence[float]:
-        given = np.concatenate([y, s, [tau], dp])[None]
-        return cast(Sequence[float], self._values(quantity, np.array([t]), given)[0])
+    def _indeterminate(self, quantity: OfContact, times: Array) -> list[bool]:
+        """Return True for each time at which the motion does not determine a force of a contact."""
+        own, path = self.of.model.contacts, phases_of(self.motion)
+        k = [contact.name for contact in own].index(quantity.contact)
+        r = self.of.scene.first[k] + (1 + quantity.component if quantity.what == "tangential" else 0)
+        return [bool(path.segments[place].loose[r]) for place in path.places(times)]
 
-    def _values(self, quantity: Expression, times: Array, given: Array) -> Array:
+    def _observed(
+        self, segment: Segment, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
+    ) -> Sequence[float]:
+        of = _slopes(segment)
+        if isinstance(quantity, OfContact):
+            if not segment.path.curved:  # the start of a straight step has no direction of slip yet
+                t, y = segment.path.end, segment.path.states[-1, : of.moved]
+            return [
+                of_contact(of, segment.kernels, quantity, t, y, of.along(segment.kernels, t, y, s, tau, dp))
+            ]
+        given = np.concatenate([y, s, [tau], dp])[None]
+        return cast(Sequence[float], self._values(of, quantity, np.array([t]), given)[0])
+
+    def _values(self, of: Slopes, quantity: Expression, times: Array, given: Array) -> Array:
         program = self._program(quantity)
-        return observe(program.address("slope"), 1, times, given, program.constants(self.of.parameters))
+        return observe(program.address("slope"), 1, times, given, program.constants(of.parameters))
 
     def _program(self, quantity: Expression) -> Program:
         slopes, model = self.of, self.of.model
 
         def value(state: State) -> Scalar:
-            if not isinstance(quantity, str | OfContact | OfReaction):
+            if not isinstance(quantity, str | OfReaction):
                 return value_of(state, quantity)
             if quantity not in ENERGIES:
-                name = quantity
-                if not isinstance(quantity, str):
-                    owner = quantity.contact if isinstance(quantity, OfContact) else quantity.joint
-                    name = f"{owner}.{quantity.what}"
-                raise NoDerivativesError(
-                    "Expected a quantity of coordinates, speeds, time and parameters, or one of "
-                    f"{', '.join(ENERGIES)}, for a derivative of a motion with contacts, got '{name}'."
+                raise without_derivative(
+                    quantity if isinstance(quantity, str) else f"{quantity.joint}.{quantity.what}"
                 )
             parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
             return sum(
@@ -316,7 +389,14 @@ class TouchingNumbers:
             )
 
         def functions(state: State, given: Sequence[Scalar]) -> Any:
-            return {"slope": along(state, [value(state)], slopes.symbols, given)}
+            x = value(state)
+            slope = along(state, [x], slopes.symbols, given)
+            return {"slope": slope, "course": [x, *slope]}
 
         key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
         return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))
+
+
+def _slopes(segment: Any) -> Slopes:
+    """Return the derivatives with the values of the parameters in a phase."""
+    return cast(Slopes, segment.path.slopes)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import SimulationError
+from ...errors import NoDerivativesError
 from ...native import loop
 from ..kernels.kernels import Kernels
+from ..legs.driven_slopes import inputs_of
 from ..legs.variation import Unknown
 from ..ode.dense_output import Array, Rates, outputs_at
 from ..phase.candidate_slopes import candidate_slopes
 from ..phase.scene import Phase, Scene, scene_of
 from ..phase.slopes_record import PhaseSlopes, phase_slopes
 from ..phase.snapshot import Snapshot
+from ..trajectory.outputs import OfContact
 
 _MODULE = "motion.phase.phase_slopes"
 _FUNCTIONS = ("varied", "slopes", "corrected_state")
@@ -27,8 +29,9 @@ CURE = (
 )
 
 
-class NoDerivativesError(SimulationError):
-    """A motion without derivatives by the unknowns."""
+ENERGIES = ("kinetic_energy", "potential_energy", "energy")
+OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip")
+"""Quantities of contacts that have derivatives."""
 
 
 class Direction(NamedTuple):
@@ -40,29 +43,29 @@ class Direction(NamedTuple):
 
 
 class Slopes:
-    """The derivatives of a run by its unknowns, in any of its phases.
+    """The derivatives of a run by its unknowns, in any of its phases, while parameters have these values.
 
-    ``seeds``    change of each parameter among the unknowns with each unknown, shape (unknowns, parameters)
+    ``symbols``  parameters among the unknowns, and those that controllers set
+    ``seeds``    change of each of these with each unknown, shape (unknowns, symbols)
     """
 
-    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown], numbers: Mapping[str, float]) -> None:
-        self.kernels, self.model, self.unknowns, self.numbers = (
-            kernels,
-            kernels.model,
-            tuple(unknowns),
-            numbers,
-        )
+    def __init__(
+        self, kernels: Kernels, unknowns: Sequence[Unknown], parameters: Array, seeds: Any = None
+    ) -> None:
+        self.kernels, self.model, self.unknowns = kernels, kernels.model, tuple(unknowns)
         self.scene: Scene = scene_of(kernels)
-        self.parameters = kernels.parameters(numbers)
-        self.symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
-        self.seeds = np.array([[float(x.symbol == p) for p in self.symbols] for x in self.unknowns])
-        self.seeds = self.seeds.reshape(len(self.unknowns), len(self.symbols))
+        self.parameters = parameters
+        symbols = [x.symbol for x in self.unknowns if x.symbol is not None]
+        self.symbols = [*symbols, *(x for x in inputs_of(self.model) if x not in symbols)]
+        if seeds is None:
+            seeds = np.array([[float(x.symbol == p) for p in self.symbols] for x in self.unknowns])
+        self.seeds: Array = seeds.reshape(len(self.unknowns), len(self.symbols))
         self.moved = self.model.n_q + self.model.n_u
         self.starts = [0, *accumulate(self.scene.candidates.pattern.sizes)]
         self._constants: dict[int, tuple[PhaseSlopes, Array]] = {}
 
     def __reduce__(self) -> Any:
-        return Slopes, (self.kernels, self.unknowns, self.numbers)
+        return Slopes, (self.kernels, self.unknowns, self.parameters, self.seeds)
 
     @property
     def size(self) -> int:
@@ -138,13 +141,24 @@ class Slopes:
 
     def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivative of M w along a direction."""
-        return self._output("machine", t, y, w, s, tau, dp)[-self.model.n_u :]
+        return self._machine(t, y, w, s, tau, dp)[self.model.n_u :][: self.model.n_u]
 
-    def mass(self, t: float, y: Array) -> Array:
-        """Return M."""
-        n = self.model.n_u
-        zero = np.zeros(self.moved)
-        return self._output("mass", t, y, zero[:n], zero, 0.0, np.zeros(len(self.symbols))).reshape(n, n)
+    def of_conditions(self, t: float, y: Array, s: Array, tau: float, dp: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the rates of the machine's own conditions, and of G, along a direction."""
+        n, w = self.model.n_u, np.zeros(self.model.n_u)
+        own = len(self.kernels.active)
+        G = self._machine(t, y, w, s, tau, dp)[2 * n + own :].reshape(own, n)
+        return self._output("rates", t, y, w, s, tau, dp), G
+
+    def mass(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return M, and G of the machine's own conditions."""
+        n, zero = self.model.n_u, np.zeros(self.moved)
+        found = self._output("mass", t, y, zero[:n], zero, 0.0, np.zeros(len(self.symbols))).reshape(-1, n)
+        return found[:n], found[n:]
+
+    def _machine(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
+        """Return the derivatives of h - Q, M w, γ and G along a direction."""
+        return self._output("machine", t, y, w, s, tau, dp)[self.model.n_q :]
 
     def _output(self, name: str, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         program = candidate_slopes(self.scene.candidates, self.symbols)
@@ -207,6 +221,41 @@ def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
     return NoDerivativesError(
         f"The motion of '{slopes.model.name}' has no derivatives by the unknowns of sensitivities= after t = {t:.9g} "
         f"s: {what}. {CURE}"
+    )
+
+
+def of_contact(of: Slopes, phase: Phase, quantity: OfContact, t: float, y: Array, along: Direction) -> float:
+    """Return the derivative of a quantity of a contact along a direction, of which the derivatives of all are known.
+
+    Raises
+    ------
+    SimulationError
+        A quantity that has none: of forces with two coefficients, beyond the end of a side.
+    """
+    names = [contact.name for contact in of.model.contacts]
+    k, what = names.index(quantity.contact), quantity.what
+    at, own, contact = of.scene.first[k], of.own(along.touches, k), of.model.contacts[k]
+    is_open = phase.modes[k] == "open"
+    stretched = contact.friction_across is not None and what in ("tangential", "slip")
+    beyond = what in ("gap", "approach") and of.look(t, y).reach[k] < 0
+    if what not in OF_CONTACTS or stretched or beyond:
+        raise without_derivative(f"{quantity.contact}.{what}")
+    if what == "gap":
+        return float(own[0])
+    if what == "approach":
+        return -float(of.rates_of(own, k)[0]) if is_open or contact.compliant else 0.0
+    if what == "slip":
+        return float(of.rates_of(own, k)[1 + quantity.component])
+    place = at + (1 + quantity.component if what == "tangential" else 0)
+    return 0.0 if is_open else float(along.forces[place])
+
+
+def without_derivative(name: str) -> NoDerivativesError:
+    """Return the error for a quantity without a derivative."""
+    return NoDerivativesError(
+        "Expected a quantity of coordinates, speeds, time and parameters, one of "
+        f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
+        f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
     )
 
 

@@ -37,10 +37,11 @@ class ContactRun:
     ``blows``, ``called``, ``counts``    blows at given times, those of events, and how often these may still act
     ``method``, ``relative``, ``absolute``    method and tolerances of the steps
     ``memory``     its records; ``it``: that of the compiled loop. A finished run has given it back
-    ``told``       happenings that Python adds to the log
+    ``told``       happenings of blows, ``struck``, that Python adds to the log
     ``shared``     True if indeterminate forces are those of equal compliance
     ``drives``     signals and controllers, or None
     ``changes``    number of a phase, and the parameters that hold from there
+    ``changed_at`` time and state of each of these that a signal or controller makes, by its number
     ``patches``    patches of solids, or None
     """
 
@@ -74,7 +75,9 @@ class ContactRun:
         self.shared = True
         self.drives: Drives | None = None
         self.changes: list[tuple[int, Array]] = []
+        self.changed_at: dict[int, tuple[float, Array]] = {}
         self.told: list[Any] = []
+        self.struck: list[Blow] = []
         patches = Patches(kernels, values) if self.model.patches else None
         self.patches, self.watched = patches, watched
         if watched is None:

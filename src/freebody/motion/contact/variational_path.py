@@ -42,6 +42,16 @@ class VariationalPath:
     phase: Phase
 
     @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return self.path.steps
+
+    @property
+    def curved(self) -> bool:
+        """False for a straight step."""
+        return self.path.curved
+
+    @property
     def rates(self) -> Rates:
         """Right-hand side of the piece."""
         return self.path.rates

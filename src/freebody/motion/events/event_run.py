@@ -99,7 +99,7 @@ TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 STEPS, STRAIGHT, IMPLICIT = range(3)
 
 # Entries of the log.
-PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
+PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD, OTHER_VALUES = range(7)
 DEAD = 16
 """Added to the shown mode of a contact that the others hold in place."""
 HELD_OPEN = 16

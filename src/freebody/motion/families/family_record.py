@@ -18,6 +18,13 @@ TOUCH = 18
 ENTRY = 15
 """Length of an entry of the log: N, T1, T2, mode, impulse on the first body (3) and the point where it acts (3), first
 and second member, point (3) where its opposite acts on the second body."""
+RESISTED = 8
+"""Length of what follows where a family resists rolling or spinning: impulses of the moments about two axes of rolling
+and that of spinning, their sum on the first body (3), modes of rolling and of spinning."""
+ROWS = 6
+"""Greatest number of rows of a pair: the normal, two tangents, two axes of rolling, and that of spinning."""
+RATES = 2 * ROWS
+"""Numbers that the last step leaves of each row: v₋ and T₋ (`curvature`)."""
 UNBOUNDED, SPOT, BALL, EDGE, OVAL, SOLID, DRUM = range(7)
 """How the bounds of a member follow from its numbers."""
 
@@ -96,6 +103,8 @@ class Laws(Record):
     ``turned``     1 if the program takes the second member first
     ``reaches``    number of reaches of the program
     ``tangents``   1 or 2 of each family; ``grouped``: 1 if only different groups touch
+    ``rolls``, ``spins``, ``rows``    numbers of axes of rolling and of spinning that are resisted, and of all rows
+    ``axis``       normal (3) of the plane of motion of each family in a plane
     ``up``         ground axis (3) against which the tangents of round shapes turn, of each family
     ``defined``    1 if the program gives the tangents
     ``patched``    1 if the two touch in patches (`patches`), without a program
@@ -110,7 +119,14 @@ class Laws(Record):
     tangents: Wholes
     grouped: Wholes
     up: Row
+    rolls: Wholes
+    spins: Wholes
+    rows: Wholes
+    axis: Row
     mu: Row
+    rolling: Row
+    spinning: Row
+    adhesion: Row
     restitution: Row
 
 
@@ -122,8 +138,9 @@ class Pairs(Record):
     ``first``, ``second``  members; ``touch``: geometry
     ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
     ``slots``              places of that order
-    ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
+    ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, impulses of their rows;
                            ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
+    ``pull``               pull that each pair bears in the step (`adhere`)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
 
@@ -136,10 +153,11 @@ class Pairs(Record):
     touch: Annotated[Rows, "pairs", TOUCH]
     known: Whole
     past: Annotated[Wholes, "pairs"]
-    impulses: Annotated[Rows, "pairs", 3]
+    impulses: Annotated[Rows, "pairs", ROWS]
     stays: Annotated[Wholes, "pairs"]
     stuck: Annotated[Wholes, "pairs"]
-    last: Annotated[Rows, "pairs", 6]
+    last: Annotated[Rows, "pairs", RATES]
+    pull: Annotated[Row, "pairs"]
     found: Annotated[Row, TOUCH]
     given: Annotated[Row, 56]
 

@@ -14,6 +14,7 @@ from ...errors import SimulationError
 from ...model import Model
 from ...model.family import Family, touch_each_other, touch_in_patch, turned
 from ...model.model import GROUND
+from ...scalar.algebra import ZERO
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..start.initial import number
@@ -216,13 +217,21 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
     laws.kinds = n
     for name, table in tables.items():
         setattr(laws, name, table.reshape(-1) if table.size else whole(()))
-    laws.tangents = whole(family.tangents for family in model.families)
+    rows = [family.rows for family in model.families]
+    laws.tangents, laws.rolls, laws.spins = (whole(row[k] for row in rows) for k in range(3))
+    laws.rows = whole(1 + sum(row) for row in rows)
     laws.grouped = whole(int(family.grouped) for family in model.families)
     laws.up = np.array([float(x) for family in model.families for x in family.upright] or [0.0])
-    laws.mu, laws.restitution = (
-        np.array([number(model, values, getattr(one, field), name) for one in model.families] or [0.0])
-        for field, name in (("friction", "the friction"), ("restitution", "the restitution"))
-    )
+    laws.axis = np.array([float(x) for family in model.families for x in family.planar or ZERO] or [0.0])
+    for name, field in (
+        ("mu", "friction"), ("restitution", "restitution"), ("adhesion", "adhesion"), ("rolling", "rolling"),
+        ("spinning", "spinning"),
+    ):  # fmt: skip
+        numbers = [
+            number(model, values, getattr(one.law, field), f"the {field} of {one!r}")
+            for one in model.families
+        ]
+        setattr(laws, name, np.array(numbers or [0.0]))
     return tuple(programs)
 
 

@@ -8,7 +8,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, room, warm
+from ...native.instructions import Reals, call, compiled, greater, hot, inlined, room, warm
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import FAR
@@ -214,7 +214,7 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
         f = of.members.family[pairs.first[slot]]
         one, other = of.members.link[pairs.first[slot]], of.members.link[pairs.second[slot]]
         touch = pairs.touch[slot]
-        for k in range(1 + of.laws.tangents[f]):
+        for k in range(of.laws.rows[f]):
             piece, at = blocks.first[r], blocks.at[r]
             low, high = links.block[one], links.block[other]
             if high < low:
@@ -232,11 +232,55 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
             blocks.first[r + 1], blocks.at[r + 1] = piece, end
             for n in range(at, end):
                 W[n] = 0.0
-            e = touch[1:] if k == 0 else touch[T + 3 * (k - 1) :]
-            press(links, blocks, r, one, touch[P:], e, 1.0, W)
-            press(links, blocks, r, other, touch[Q:], e, -1.0, W)
+            e = axis(of, slot, k)
+            if k <= of.laws.tangents[f]:
+                press(links, blocks, r, one, touch[P:], e, 1.0, W)
+                press(links, blocks, r, other, touch[Q:], e, -1.0, W)
+            else:
+                twist(links, blocks, r, one, e, 1.0, W)
+                twist(links, blocks, r, other, e, -1.0, W)
             r += 1
     return r
+
+
+@hot
+@compiled
+def place_of_axis(of: Families, f: int, k: int) -> int:
+    """Return the place in a touch of the axis of row k of a pair; -1 for the axis of a plane of motion."""
+    tangents = of.laws.tangents[f]
+    if k == 0 or k - 1 - tangents >= of.laws.rolls[f]:  # of spinning, too
+        return 1
+    if k <= tangents:
+        return T + 3 * (k - 1)
+    return -1 if tangents == 1 else T + 3 * (k - 1 - tangents)
+
+
+@inlined
+def axis(of: Families, slot: int, k: int) -> Reals:
+    """Return the axis of row k of a pair: normal, tangents, then axes of what resists rolling and spinning."""
+    f, touch = of.members.family[of.pairs.first[slot]], of.pairs.touch[slot]
+    place = place_of_axis(of, f, k)
+    return of.laws.axis[3 * f :] if place < 0 else touch[place:]
+
+
+@warm
+@compiled
+def row_rate(of: Families, slot: int, k: int) -> float:
+    """Return the rate of row k of a pair: the velocity, or the angular velocity, along its axis."""
+    members, pairs, e = of.members, of.pairs, axis(of, slot, k)
+    if k <= of.laws.tangents[members.family[pairs.first[slot]]]:
+        return rate(of, slot, e)
+    first, second = members.link[pairs.first[slot]], members.link[pairs.second[slot]]
+    return turning(of.links, first, e) - turning(of.links, second, e)
+
+
+@inlined
+def turning(links: Links, link: int, e: Reals) -> float:
+    """Return the angular velocity of a link along e."""
+    R, total = links.poses[POSE * link :], 0.0
+    for i in range(3):
+        total += R[12 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+    return total
 
 
 @hot
@@ -247,13 +291,7 @@ def press(
     """Add to row r the generalized force of a force e on a link at a point."""
     if links.block[link] < 0:
         return
-    p = blocks.first[r]
-    start, b = blocks.at[r], blocks.pieces[p]
-    if b != links.block[link]:
-        start += blocks.starts[b + 1] - blocks.starts[b]
-        b = links.block[link]
-    start -= blocks.starts[b]
-    wrench = room(6)
+    start, wrench = start_of(links, blocks, r, link), room(6)
     for n in range(links.chain_at[link], links.chain_at[link + 1]):
         a = links.chain[n]
         R = links.poses[POSE * a :]
@@ -267,6 +305,33 @@ def press(
             for i in range(6):
                 total += S[i] * wrench[i]
             W[start + links.place[j]] += total
+
+
+@inlined
+def start_of(links: Links, blocks: Blocks, r: int, link: int) -> int:
+    """Return the place of the first speed of the machine in row r, as far as the block of a link counts."""
+    start, b = blocks.at[r], blocks.pieces[blocks.first[r]]
+    if b != links.block[link]:
+        start += blocks.starts[b + 1] - blocks.starts[b]
+        b = links.block[link]
+    return start - blocks.starts[b]
+
+
+@warm
+@compiled
+def twist(links: Links, blocks: Blocks, r: int, link: int, e: Reals, sign: float, W: Reals) -> None:
+    """Add to row r the generalized force of a moment e on a link."""
+    if links.block[link] < 0:
+        return
+    start = start_of(links, blocks, r, link)
+    for n in range(links.chain_at[link], links.chain_at[link + 1]):
+        a = links.chain[n]
+        R = links.poses[POSE * a :]
+        for j in range(links.motion_at[a], links.motion_at[a + 1]):
+            S, total = links.axes[6 * j :], 0.0
+            for i in range(3):
+                total += S[i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+            W[start + links.place[j]] += sign * total
 
 
 @compiled

@@ -28,8 +28,10 @@ def pair_quantities(
     pair: tuple[int, int],
     times: Array,
     states: Array,
-) -> tuple[Array, Array, Array]:
-    """Return gap and approach (n,), inf and nan beside the ends of a side, and the slip along both tangents (n, 2)."""
+) -> tuple[Array, Array, Array, Array]:
+    """Return gap and approach (n,), inf and nan beside the ends of a side, the slip along both tangents (n, 2), and the
+    relative angular velocity about the axes of rolling and about the normal (n, 3).
+    """
     model = kernels.model
     program, name = link_poses(kernels)
     constants = program.constants(kernels.parameters(values))
@@ -57,7 +59,10 @@ def pair_quantities(
     beside = (touch[:, 16 : 16 + law.reaches] < 0).any(axis=1)
     approach = -np.einsum("kj,kj->k", n, moved)
     slip = np.einsum("kij,kj->ki", tangents, moved)
-    return np.where(beside, np.inf, touch[:, 0]), np.where(beside, np.nan, approach), slip
+    if family.planar is not None:
+        tangents = np.broadcast_to([[float(x) for x in family.planar]] * 2, tangents.shape)
+    turning = _turning(own[0], own[1], tangents, n)
+    return np.where(beside, np.inf, touch[:, 0]), np.where(beside, np.nan, approach), slip, turning
 
 
 def patch_quantities(
@@ -67,8 +72,10 @@ def patch_quantities(
     pair: tuple[int, int],
     times: Array,
     poses: Array,
-) -> tuple[Array, Array, Array]:
-    """Return the gap (n,) of two members that touch in a patch, approach (n,) and slip (n, 2) where it is least."""
+) -> tuple[Array, Array, Array, Array]:
+    """Return the gap (n,) of two members that touch in a patch; where it is least approach (n,), slip (n, 2) and the
+    relative angular velocity (n, 3).
+    """
     model = kernels.model
     shapes = [member.shape for one in model.families for member in one.members]
     points = max(most_points(shape) for shape in shapes)
@@ -80,7 +87,8 @@ def patch_quantities(
     ground[[0, 4, 8]] = 1
     of.links.poses = np.concatenate([ground, poses[0]])
     measure = loop.code("motion.families.patches", "measure")
-    gap, approach, slip = np.empty(len(times)), np.empty(len(times)), np.empty((len(times), 2))
+    gap, approach = np.empty(len(times)), np.empty(len(times))
+    slip, turning = np.empty((len(times), 2)), np.empty((len(times), 3))
     up = [float(x) for x in model.families[number].upright]
     for k, row in enumerate(poses):
         of.links.poses[POSE:] = row
@@ -93,7 +101,15 @@ def patch_quantities(
         ]
         moved = _velocity(own[0], point[None, :3]) - _velocity(own[1], point[None, :3])
         approach[k], slip[k] = -point[3:6] @ moved[0], tangents @ moved[0]
-    return gap, approach, slip
+        turning[k] = _turning(own[0], own[1], tangents[None], point[None, 3:6])[0]
+    return gap, approach, slip, turning
+
+
+def _turning(one: Array, other: Array, tangents: Array, n: Array) -> Array:
+    """Return the angular velocity of one pose less that of another one, along tangents and normals."""
+    w = [np.einsum("kij,kj->ki", pose[:, :9].reshape(-1, 3, 3), pose[:, 12:15]) for pose in (one, other)]
+    axes = np.concatenate([tangents, n[:, None]], axis=1)
+    return np.einsum("kij,kj->ki", axes, w[0] - w[1])
 
 
 def _velocity(pose: Array, point: Array) -> Array:

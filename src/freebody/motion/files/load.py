@@ -23,7 +23,6 @@ from ...model import Model
 from ..contact.course import Change, Timeline, Touching
 from ..contact.history import Told
 from ..ending import NOT_PHYSICAL, End
-from ..families.family_record import ENTRY
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..kernels.switches import switches
@@ -35,7 +34,7 @@ from ..ode.layout import ORDERS
 from ..phase.candidates import layout_of
 from ..phase.scene import Phase, phase_of
 from ..timestepping.course import Impulses, InSteps, Stepping
-from ..timestepping.pair_motion import PairLog
+from ..timestepping.pair_motion import PairLog, width_of
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
 from ..trajectory.in_legs import InLegs
@@ -219,8 +218,8 @@ def _happening(
 def _pairs(model: Model, read: _Reader, steps: int) -> PairLog:
     """Return the entries of pairs of families in every step."""
     if not model.families:
-        return PairLog.made(steps).until(steps)
-    entries = read.reals("pairs", (None, ENTRY))
+        return PairLog.made(steps, 0).until(steps)
+    entries = read.reals("pairs", (None, width_of(model)))
     counts = read.integers("pair_counts", (steps,), len(entries) + 1)
     members = sum(len(family.members) for family in model.families)
     if counts.sum() != len(entries) or not (

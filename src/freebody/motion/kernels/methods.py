@@ -104,15 +104,15 @@ def check_method(method: Any, step: Any) -> None:
         )
 
 
-def check_method_of_contacts(method: str, step: Any) -> None:
-    """Raise SimulationError if the phases between contact events cannot be integrated by this method."""
+def check_method_of_phases(method: str, step: Any, what: str = "") -> None:
+    """Raise SimulationError if the phases between events cannot be integrated by this method."""
     allowed = ("auto", *EXPLICIT, "gauss", "radau")
     if method not in allowed or step is not None:
         got = f"method={method!r}" if step is None else f"step={step!r}"
+        cure = "" if what else ' Steps of one length are those of method="timestepping".'
         raise SimulationError(
-            f"Expected one of {', '.join(map(repr, allowed))}, with step control, for a machine with contacts, "
-            f"got {got}."
-            ' Steps of one length are those of method="timestepping".'
+            f"Expected one of {', '.join(map(repr, allowed))}, with step control, for "
+            f"{what or 'a machine with contacts'}, got {got}.{cure}"
         )
 
 

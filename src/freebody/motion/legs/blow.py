@@ -20,10 +20,10 @@ from ..ode.dense_output import Array, Path, Watch
 from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
+from ..start.loaded_joints import check_loads
 from ..trajectory.contact_expressions import of_contacts, refuse_outputs
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
 from ..trajectory.phases import Phases, Segment, segments_of
-from .loaded_joints import check_loads
 
 
 @dataclass(frozen=True)

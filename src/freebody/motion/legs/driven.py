@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +25,7 @@ from ...describe.controller import Controller
 from ...errors import SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
+from ...scalar.dual import value_of
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
@@ -123,11 +124,22 @@ class Drives:
 
     def change(self, t: float, y: Array) -> bool:
         """Apply the changes at t, signals before controllers; return True if there were any."""
+        due = self._due(t)
+        self._change(due, t, y)
+        return bool(due)
+
+    def _due(self, t: float) -> list[tuple[float, int, int]]:
+        """Return the changes at t, which are the next ones no more."""
         due = []
-        while self._next and self._next[0][0] <= t + _TOGETHER * max(1.0, abs(t)):
+        while self._next and self._next[0][0] <= self._soon(t):
             due.append(heapq.heappop(self._next))
-        if not due:
-            return False
+        return due
+
+    def _soon(self, t: float) -> float:
+        """Return the time up to which changes count as those at t."""
+        return t + _TOGETHER * max(1.0, abs(t))
+
+    def _change(self, due: Sequence[tuple[float, int, int]], t: Any, y: Any) -> None:
         n = len(self.periods)
         for time, i, k in due:
             if i < n:
@@ -141,30 +153,39 @@ class Drives:
                 heapq.heappush(self._next, (float(times[k + 1]), i, k + 1))
         for i in sorted(i for _, i, _ in due if i < n):
             self._call_controller(i, t, y)
-        return True
 
-    def _call_controller(self, i: int, t: float, y: Array) -> None:
+    def _call_controller(self, i: int, t: Any, y: Any) -> None:
         """Set the inputs of a controller to what its function returns."""
         controller = self.model.controllers[i]
         values = dict(self.numbers)
         values.update(zip((*self.model.coordinate_names, *self.model.speed_names), y.tolist(), strict=False))
-        program = self._sensors[i]
-        if program is not None:
-            constants = program.constants(self.kernels.parameters(self.numbers))
-            readings = observe(
-                program.address("values"), len(controller.sensors), np.array([t]), y[None], constants
-            )[0]
-            values.update(zip((name for name, _ in controller.sensors), readings.tolist(), strict=True))
+        values.update(zip((name for name, _ in controller.sensors), self._sensed(i, t, y), strict=True))
         try:
             answer = controller.function(t, Reading(values, controller.name))
         except SimulationError as error:
             raise SimulationError(f"{error} (t = {t:.9g} s)") from None
         except Exception as error:
-            raise SimulationError(
-                f"Controller '{controller.name}' failed at t = {t:.9g} s: {type(error).__name__}: {error}"
-            ) from error
-        for name, value in _answers(controller, answer, t):
+            raise self._failed(controller, t, error) from error
+        for name, value in _answers(controller, answer, t, self._number):
             self.numbers[name] = value
+
+    def _sensed(self, i: int, t: Any, y: Any) -> list[Any]:
+        """Return what the sensors of a controller give."""
+        program = self._sensors[i]
+        if program is None:
+            return []
+        constants = program.constants(self.kernels.parameters(self.numbers))
+        count = program.outputs("values")
+        return observe(program.address("values"), count, np.array([t]), y[None], constants)[0].tolist()
+
+    def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
+        """Return the error for a function that fails."""
+        return SimulationError(
+            f"Controller '{controller.name}' failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+        )
+
+    _number: Callable[[Any], float] = float
+    """Type of the numbers that controllers give."""
 
 
 def intervals(
@@ -194,7 +215,9 @@ def intervals(
     return np.array(spans), places, np.array(settings)
 
 
-def _answers(controller: Controller, answer: Any, t: float) -> Iterator[tuple[str, float]]:
+def _answers(
+    controller: Controller, answer: Any, t: float, read: Callable[[Any], float]
+) -> Iterator[tuple[str, float]]:
     """Yield the inputs of a controller and their values from what its function returned."""
     expected = (
         f"a number for '{controller.inputs[0]}'"
@@ -219,10 +242,10 @@ def _answers(controller: Controller, answer: Any, t: float) -> Iterator[tuple[st
         )
     for name, value in inputs.items():
         try:
-            result = float(value)
+            result = read(value)
         except (TypeError, ValueError):
             result = math.nan
-        if not math.isfinite(result):
+        if not math.isfinite(value_of(result)):
             raise SimulationError(
                 f"Expected a finite number for '{name}' from controller '{controller.name}' at t = {t:.9g} s, "
                 f"got {value!r}."

@@ -54,8 +54,9 @@ class _Bearing:
         self.slopes, self.hit, self.place = slopes, hit, place
         n_q, n, rows = slopes.model.n_q, slopes.model.n_u, slopes.scene.rows
         self.moved, self.sizes = n_q + n, (n, rows)
-        jump = (hit.after - hit.before)[n_q : self.moved]
-        self.acting, self.still = np.concatenate([jump, hit.impulses]), np.zeros(n + rows)
+        # loads of joints in loops have no law of impact: multipliers are zero
+        jump, own = (hit.after - hit.before)[n_q : self.moved], np.zeros(slopes.scene.candidates.own)
+        self.acting, self.still = np.concatenate([jump, hit.impulses, own]), np.zeros(n + rows + len(own))
         zero = np.zeros(self.moved + 1 + len(slopes.symbols))
         self.forces = (
             self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
@@ -78,7 +79,10 @@ class _Bearing:
         """Return the derivatives of P by the jump of the speeds and by the impulses of all rows."""
         zero = np.zeros(self.moved + 1 + len(self.slopes.symbols))
         whole = np.array(
-            [self._turned(self._outputs(self.acting, zero, unit)[1]) for unit in np.eye(sum(self.sizes))]
+            [
+                self._turned(self._outputs(self.acting, zero, unit)[1])
+                for unit in np.eye(sum(self.sizes), len(self.still))
+            ]
         )
         return whole[: self.sizes[0]], whole[self.sizes[0] :]
 

@@ -34,7 +34,6 @@ from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
-from ..start.signals import refuse_switched
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
@@ -54,25 +53,22 @@ Array = NDArray[np.float64]
 
 def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
-    model, method = request.model, request.method
+    method = request.method
     allowed = ("auto", *EXPLICIT, "gauss", "taylor")
     if method not in allowed:
         raise SimulationError(
             f"Expected one of {', '.join(map(repr, allowed))} for sensitivities=, got method={method!r}."
         )
-    if model.constraints and request.project:
+    check_start(request)
+
+
+def check_start(request: Request) -> None:
+    """Refuse a start that is moved onto the constraints."""
+    if request.model.constraints and request.project:
         raise SimulationError(
             "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
-    check_unswitched(request)
-
-
-def check_unswitched(request: Request) -> None:
-    """Refuse motions that signals, controllers or blows interrupt."""
-    refuse_switched(request.model, "sensitivities=")
-    if request.struck:
-        raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
 
 
 def slopes_of(

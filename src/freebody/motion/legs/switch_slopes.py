@@ -37,6 +37,7 @@ class SwitchingLaws:
 
     ``program``   function `switches` of (t, y): e, ∂e/∂t, ∂e/∂y, ∂e/∂p of each unknown, Σ |∂u'/∂sign(e)| of each law
     ``texts``     e of each law;  ``moved``, ``unknowns``: numbers of (q, u) and of unknowns
+    ``seeds``     change of each of the unknowns of the program with each unknown, if these are others
     """
 
     program: Program
@@ -44,6 +45,7 @@ class SwitchingLaws:
     constants: Array
     moved: int
     unknowns: int
+    seeds: Array | None = None
 
     def at(self, t: float, y: Array) -> Array:
         """Return what the program gives at a state, one row for each law."""
@@ -51,7 +53,15 @@ class SwitchingLaws:
         found = outputs_at(
             self.program.address("switches"), self.program.outputs("switches"), t, y, self.constants
         )
-        return found.reshape(len(self.texts), -1)
+        return self._by_unknowns(found.reshape(len(self.texts), -1))
+
+    def _by_unknowns(self, rows: Array) -> Array:
+        """Return rows with the derivatives by the unknowns."""
+        if self.seeds is None:
+            return rows
+        first = 2 + self.moved
+        by = rows[:, first:-1] @ self.seeds.T
+        return np.hstack([rows[:, :first], by, rows[:, -1:]])
 
     def along(self, times: Array, states: Array, slopes: Array) -> tuple[Array, Array, Array]:
         """Return e, De by each unknown and the jump of each law at times; ``slopes`` are s, (times, unknowns, y)."""
@@ -59,7 +69,9 @@ class SwitchingLaws:
         y = np.ascontiguousarray(states[:, :n])
         found = observe(
             self.program.address("switches"), self.program.outputs("switches"), times, y, self.constants
-        ).reshape(len(times), len(self.texts), -1)
+        )
+        found = self._by_unknowns(found.reshape(len(times) * len(self.texts), -1))
+        found = found.reshape(len(times), len(self.texts), -1)
         De = np.einsum("tli,tji->tlj", found[:, :, 2 : 2 + n], slopes[:, :, :n]) + found[:, :, 2 + n : -1]
         return found[:, :, 0], De, found[:, :, -1]
 

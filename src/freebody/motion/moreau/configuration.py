@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, root, warm
+from ...native.instructions import Reals, compiled, inlined, root, warm
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
 from ..families.faces import FAR
 from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
-from .pairs import begin_closed, close_pairs, lay_pairs
+from .pairs import begin_closed, close_pairs, family_of, lay_pairs
 from .stepping_record import (
     BEGINS,
     CONSTRAINTS,
@@ -99,21 +99,35 @@ def give(run: Run, N: Reals) -> None:
 
 @compiled
 def adhere(run: Run) -> None:
-    """Add the pulls -A of the closed contacts to the loads, and their power; N + A is what the cones have.
+    """Add the pulls -A of the closed contacts and pairs to the loads, and their power; N + A is what the cones have.
 
     The step after that of a landing takes a besides what turns the motion (`curvature`). That is none of the N that A
     bounds.
     """
-    contacts, problem, blocks = run.contacts, run.problem, run.problem.blocks
-    for a in range(contacts.closed):
-        e, r = contacts.owner[a], problem.rows[a]
-        A = contacts.adhesion[e]
-        if A > 0.0 and problem.kinds[a] == NORMAL:
-            if contacts.stays[a] == LANDED and contacts.turn[a] > 0.0:
+    contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
+    if run.machine.looped == 1:  # no kernel writes them
+        run.pressing[0] = 0.0
+        for i in range(run.machine.n):
+            run.pressed[i] = 0.0
+    for a in range(problem.count):
+        e, r, A = contacts.owner[a], problem.rows[a], 0.0
+        if problem.kinds[a] == NORMAL:
+            A = contacts.adhesion[e] if a < contacts.closed else adhesion_of(run, e)
+            if A > 0.0 and contacts.stays[a] == LANDED and contacts.turn[a] > 0.0:
                 A += contacts.turn[a] / (problem.scale[a] * run.h)
-            contacts.pull[e] = A
-            add(blocks, r, run.W, -A, run.pressed)
-            run.pressing[0] -= A * run.rates[r]
+            if a < contacts.closed:
+                contacts.pull[e] = A
+            else:
+                pairs.pull[e] = A
+        if A > 0.0:
+            add(problem.blocks, r, run.W, -A, run.pressed)
+            run.pressing[0] -= A * contacts.before[a]
+
+
+@inlined
+def adhesion_of(run: Run, c: int) -> float:
+    """Return the pull that a pair bears."""
+    return run.families.laws.adhesion[family_of(run, run.families.pairs.slots[c])]
 
 
 @warm

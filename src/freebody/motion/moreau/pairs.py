@@ -6,10 +6,10 @@ numbers of the pairs, which are in ascending order then and now.
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, warm
+from ...native.instructions import Reals, compiled, greater, inlined, warm
 from ..cones.contact_problem import FIRST, LINE, NORMAL
-from ..families.family_record import POINTS, Pairs
-from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
+from ..families.family_record import ENTRY, POINTS, RESISTED, Pairs
+from ..families.narrow_phase import P, Q, T, axis, place_in_past, rate, row_rate, rows, seek, stays
 from .curvature import after, lasting, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
@@ -47,10 +47,10 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     for p in range(pairs.known):
         slot = pairs.slots[p]
         pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
-        pairs.stuck[p], touch = pairs.stays[p], pairs.touch[slot]
-        for k in range(3):
+        pairs.stuck[p] = pairs.stays[p]
+        for k in range(rows_of(run, slot)):
             pairs.impulses[p, k] = 0.0
-            pairs.last[p, 2 * k] = rate(run.families, slot, touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
+            pairs.last[p, 2 * k] = row_rate(run.families, slot, k)
 
 
 @warm
@@ -61,10 +61,19 @@ def close_pairs(run: Run, friction: int) -> None:
     count, row = problem.count, contacts.rows + run.constraints
     for c in range(pairs.count):
         f = run.families.members.family[pairs.first[pairs.slots[c]]]
-        tangents = laws.tangents[f]
-        for k in range(1 + tangents if friction != 0 else 1):
+        tangents, rolls = laws.tangents[f], laws.rolls[f]
+        for k in range(laws.rows[f] if friction != 0 else 1):
             problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
+            if k > tangents + rolls:
+                problem.mu[count], problem.between[count], problem.kinds[count] = (
+                    laws.spinning[f],
+                    k - 1,
+                    LINE,
+                )
+            elif k > tangents:
+                problem.mu[count], problem.between[count] = laws.rolling[f], k - 1
+                problem.kinds[count] = LINE if rolls == 1 else FIRST + k - 1 - tangents
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
             problem.low[count] = 0.0
             if friction == 0:
@@ -72,7 +81,7 @@ def close_pairs(run: Run, friction: int) -> None:
                 if p >= 0 and pairs.stays[p] > OPENS:
                     problem.low[count] = -run.h * pairs.impulses[p, 0]
             count += 1
-        row += 1 + tangents
+        row += laws.rows[f]
     problem.count = count
 
 
@@ -114,20 +123,20 @@ def pressed(pairs: Pairs, c: int) -> int:
 @compiled
 def begin_pairs(run: Run) -> None:
     """Set the rates of the pairs at the beginning of the step, and the guess of their impulses."""
-    contacts, problem, pairs, p = run.contacts, run.problem, run.families.pairs, 0
+    contacts, problem, pairs, p, normal = run.contacts, run.problem, run.families.pairs, 0, 0
     for a in range(contacts.closed, problem.count):
-        c, k = contacts.owner[a], 0
-        if problem.kinds[a] != NORMAL:
-            k = 1 if problem.kinds[a] == LINE else problem.kinds[a] - FIRST + 1
-        touch = pairs.touch[pairs.slots[c]]
-        contacts.before[a] = rate(
-            run.families, pairs.slots[c], touch[1:] if k == 0 else touch[T + 3 * (k - 1) :]
-        )
+        c = contacts.owner[a]
+        if problem.kinds[a] == NORMAL:
+            normal = a
+        k, tangents = a - normal, run.families.laws.tangents[family_of(run, pairs.slots[c])]
+        contacts.before[a] = row_rate(run.families, pairs.slots[c], k)
         while p < pairs.known and pairs.past[p] < pairs.ids[c]:
             p += 1
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
+        if k > tangents:
+            contacts.stays[a] = OPENS
         last = pairs.last[p if known else 0][2 * k :]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
 
@@ -141,7 +150,7 @@ def room_left(run: Run) -> int:
 @compiled
 def log_pairs(run: Run) -> None:
     """Remember the impulses of the pairs that press, and write them to the log."""
-    contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
+    contacts, problem, pairs, laws = run.contacts, run.problem, run.families.pairs, run.families.laws
     pairs.known = 0
     for a in range(contacts.closed, problem.count):
         if problem.kinds[a] == NORMAL and problem.x[a] > 0.0:
@@ -151,23 +160,58 @@ def log_pairs(run: Run) -> None:
             pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(run, a)
             pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
-            for k in range(3):
-                x = 0.0
-                if k == 0 or (a + k < problem.count and problem.kinds[a + k] != NORMAL):
-                    x = problem.x[a + k]
-                if k == 2 and (a + 2 >= problem.count or problem.kinds[a + 2] != FIRST + 1):
-                    x = 0.0
-                pairs.impulses[p, k], entry[k] = x, x
-                if a + k < problem.count:
-                    pairs.last[p, 2 * k], pairs.last[p, 2 * k + 1] = after(run, a + k), contacts.half[a + k]
+            f = family_of(run, slot)
+            tangents, rows = laws.tangents[f], laws.rows[f]
+            for k in range(rows):
+                pairs.impulses[p, k] = problem.x[a + k]
+                pairs.last[p, 2 * k], pairs.last[p, 2 * k + 1] = after(run, a + k), contacts.half[a + k]
+            entry[2] = 0.0
+            for k in range(1 + tangents):
+                entry[k] = problem.x[a + k]
+            entry[0] -= run.h * pairs.pull[c]
             entry[3] = mode(run, a)
             for i in range(3):
                 entry[4 + i] = touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]
                 entry[7 + i], entry[12 + i] = touch[P + i], touch[Q + i]
+            if rows > 1 + tangents:
+                log_resistance(run, a, slot, entry[ENTRY:])
+            elif run.resisted == 1:
+                for i in range(RESISTED):
+                    entry[ENTRY + i] = 0.0
             entry[10], entry[11] = pairs.first[slot], pairs.second[slot]
             pairs.known += 1
             run.logged += 1
     run.log_end[run.done] = run.logged
+
+
+@compiled
+def log_resistance(run: Run, a: int, slot: int, entry: Reals) -> None:
+    """Write the impulses of the moments that resist rolling and spinning, and their modes; ``a`` is the normal row."""
+    problem, f = run.problem, family_of(run, slot)
+    rolls, first = run.families.laws.rolls[f], a + 1 + run.families.laws.tangents[f]
+    for i in range(RESISTED):
+        entry[i] = 0.0
+    for k in range(rolls + run.families.laws.spins[f]):
+        x, e = problem.x[first + k], axis(run.families, slot, first + k - a)
+        entry[k if k < rolls else 2] = x
+        for i in range(3):
+            entry[3 + i] += x * e[i]
+    if rolls > 0:
+        entry[6] = slip(run, first)
+    if run.families.laws.spins[f] > 0:
+        entry[7] = slip(run, first + rolls)
+
+
+@inlined
+def family_of(run: Run, slot: int) -> int:
+    """Return the number of the family of a pair."""
+    return run.families.members.family[run.families.pairs.first[slot]]
+
+
+@inlined
+def rows_of(run: Run, slot: int) -> int:
+    """Return the number of rows of a pair."""
+    return run.families.laws.rows[family_of(run, slot)]
 
 
 @compiled

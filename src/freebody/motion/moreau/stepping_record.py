@@ -194,7 +194,8 @@ class Run(Record):
                            contacts and constraints; work of contacts and blows, of loads and constraints; change of the
                            state by the correction at its end; mode of each contact
     ``log``, ``logged``    an entry for each pair of families that presses; their number, and the room;
-                           ``log_end``: their number after each step
+                           ``log_end``: their number after each step; ``resisted``: 1 if they tell of resistance
+                           to rolling and spinning, too
     ``blow``               generalized impulse J of blows in the next step
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
@@ -237,6 +238,7 @@ class Run(Record):
     states: Rows
     log: Rows
     log_room: Whole
+    resisted: Count
     logged: Whole
     log_end: Wholes
     impulses: Rows

@@ -78,7 +78,7 @@ def bear(t: float, phase: PhaseData) -> float:
 @compiled
 def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None:
     """Set ``out`` to the derivatives of the loads of joints by the present ones of accelerations and forces."""
-    at, size = it.n_q + it.n, it.n + it.rows
+    at, first, size = it.n_q + it.n, it.n + it.rows, it.n + it.rows + it.all_own
     acting, direction = it.borne[at:], it.borne[at + size :]
     for i in range(at):
         it.borne[i] = it.given[i]
@@ -88,6 +88,8 @@ def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None
         acting[i], it.ways[i] = phase.udot[i], it.udot[i]
     for i in range(it.rows):
         acting[it.n + i], it.ways[it.n + i] = phase.force[i], it.force[i]
+    for i in range(it.all_own):
+        acting[first + i], it.ways[first + i] = phase.multiplier[i], it.multiplier[i]
     it.bearings(t, it.borne, it.bearings_c, it.bearing)
     for j in range(phase.loaded_count):
         F, dF, load = it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0

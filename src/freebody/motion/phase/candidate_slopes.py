@@ -1,7 +1,8 @@
 """Derivatives of the kernels of a machine and of its contacts along a direction, whatever the modes.
 
-    machine    of q', of h - Q of M u' + h - Q = 0, and of M w at fixed w
-    mass       M
+    machine    of q', of h - Q of M u' + h - Q = 0, of M w at fixed w, and of γ and G of the machine's own conditions
+    rates      of the rates of these conditions
+    mass       M and G
     group k    of each output of the contact's kernel (`candidates`), at the same place
     bearings   of the levers and forces of joints whose load bounds their friction, also along accelerations and forces
 
@@ -16,6 +17,7 @@ from typing import Any, cast
 from ...dynamics import State, coordinate_rates
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.composite import mass_matrix
+from ...dynamics.conditions.constraints import linearized
 from ...dynamics.contact_geometry import law_values, pressing
 from ...dynamics.linear import applied
 from ...dynamics.newton_euler import bias
@@ -79,14 +81,17 @@ def bearing_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
 
 
 def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
-    """Functions ``machine``, ``mass``, and ``contact 0``, ``contact 1``, ..., of the state and (w, s, τ, dp)."""
-    model = candidates.model
+    """Functions ``machine``, ``rates``, ``mass``, and ``contact 0``, ..., of the state and (w, s, τ, dp)."""
+    model, active = candidates.model, candidates.kernels.active
     n, moved = model.n_u, model.n_q + model.n_u
 
     def functions(state: State, given: Sequence[Scalar]) -> Mapping[str, Sequence[Any]]:
         w, direction = given[:n], given[n:]
         M = mass_matrix(model, state)
-        machine = [*coordinate_rates(model, state), *bias(model, state), *applied(M, w)]
+        own = linearized(model, state)
+        G = [x for i in active for x in own.matrix[i]]
+        gamma, speeds = ([part[i] for i in active] for part in (own.bias, own.rate))
+        machine = [*coordinate_rates(model, state), *bias(model, state), *applied(M, w), *gamma, *G]
         of_contacts = {
             name: along(state, outputs, symbols, direction)
             for name, outputs in candidates.functions(state).items()
@@ -99,7 +104,8 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
                 own[part.laws + 4] = normal_force_along(state, contact, symbols, direction)
         return {
             "machine": along(state, machine, symbols, direction),
-            "mass": [x for row in M for x in row],
+            "rates": along(state, speeds, symbols, direction),
+            "mass": [*(x for row in M for x in row), *G],
             **of_contacts,
         }
 

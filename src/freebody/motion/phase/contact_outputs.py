@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, call, compiled, inlined
 from .phase_record import PhaseData
+from .slopes_record import PhaseSlopes
 
 
 @inlined
@@ -144,3 +145,51 @@ def product(a: Reals, b: Reals, n: int) -> float:
     for k in range(n):
         total += a[k] * b[k]
     return total
+
+
+# --- derivatives of rows --------------------------------------------------------------------------
+
+
+@compiled
+def load_along(it: PhaseSlopes, phase: PhaseData, z: Reals, r: int, force: float) -> None:
+    """Add a force along the derivative of a row of the contacts to z."""
+    columns, W = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :]
+    for p in range(phase.entries[r]):
+        z[columns[p]] += force * W[p]
+
+
+@compiled
+def row_change(it: PhaseSlopes, phase: PhaseData, r: int, w: Reals) -> float:
+    """Return the derivative of a row of the contacts times w, with w fixed, in the order of the speeds."""
+    columns, W, total = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :], 0.0
+    for p in range(phase.entries[r]):
+        total += W[p] * w[phase.order[columns[p]]]
+    return total
+
+
+@compiled
+def condition_load(it: PhaseSlopes, phase: PhaseData, z: Reals, i: int, force: float) -> None:
+    """Add a force along the derivative of G of a condition to z."""
+    k = phase.source[i]
+    if k >= 0:
+        load_along(it, phase, z, phase.first[k] + phase.row_of[i], force)
+    else:
+        G = it.own_G[(-1 - k) * it.n :]
+        for p in range(it.n):
+            z[p] += force * G[phase.order[p]]
+
+
+@compiled
+def condition_change(it: PhaseSlopes, phase: PhaseData, i: int, w: Reals) -> float:
+    """Return the derivative of G of a condition times w, with w fixed, in the order of the speeds."""
+    k = phase.source[i]
+    if k >= 0:
+        return row_change(it, phase, phase.first[k] + phase.row_of[i], w)
+    return product(it.own_G[(-1 - k) * it.n :], w, it.n)
+
+
+@compiled
+def bias_along(it: PhaseSlopes, phase: PhaseData, i: int) -> float:
+    """Return the derivative of G u' + γ of a condition, with u' fixed."""
+    k, change = phase.source[i], condition_change(it, phase, i, phase.udot)
+    return change + (it.touch[phase.biases_at[k] + phase.row_of[i]] if k >= 0 else it.gamma[-1 - k])

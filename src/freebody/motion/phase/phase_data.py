@@ -155,14 +155,14 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     data.gaps_at[:], data.touch_at[:] = (_before(sizes) for sizes in (pattern.pairs, pattern.sizes))
     data.order[:], data.starts[:], data.below[:] = pattern.order, pattern.starts, pattern.below
     data.columns[:], data.first[:], data.tangents[:] = pattern.columns, scene.first, scene.tangents
-    of = ContactPattern(*np.array(pattern.contacts).T)
+    of = ContactPattern(*np.array(pattern.contacts, dtype=np.int64).reshape(-1, 7).T)
     data.gap_at[:], data.reaches[:], at = data.gaps_at[of.pair] + of.gap, of.reaches, data.touch_at
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
     data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
     data.presser[:], data.loaded[:] = scene.presser, scene.loaded
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
-    data.entry[:], data.entries[:], place = np.array(pattern.rows).T
+    data.entry[:], data.entries[:], place = np.array(pattern.rows, dtype=np.int64).reshape(-1, 3).T
     data.W_at[:] = np.repeat(at, 1 + data.tangents) + place
 
 

@@ -2,7 +2,7 @@
 
 With u' and λ at the state, and d(...) the derivative along the direction (s, τ, dp) at fixed u' and λ,
 
-    M du' = -d(M u' + h - Q) + Σ λ dW + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
+    M du' = -d(M u' + h - Q) + Σ λ dG + N W_T d(-μ d) + Kᵀ dλ,      G du' = -d(G u' + γ)
 
 and dN W_N + d(-μ N d) W_T for a normal force N that the state gives (compliant contacts, friction of joints). With an
 adhesion A it is N + A that the conditions give and that friction has, and -dA W_N is a load. Resistance to rolling and
@@ -39,9 +39,13 @@ from .closed_contacts import (
 )
 from .contact_outputs import (
     adhesion_of,
+    bias_along,
+    condition_change,
+    condition_load,
     force_of,
     forwarded,
     friction,
+    load_along,
     moved,
     open_touched,
     product,
@@ -75,29 +79,6 @@ def turned(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, j: int) -> floa
     speed = root(v[1] * v[1] + v[2] * v[2])
     along = (v[1] * dv[1] + v[2] * dv[2]) / speed
     return -change * v[1 + j] / speed - mu * (dv[1 + j] - v[1 + j] / speed * along) / speed
-
-
-@compiled
-def load_along(it: PhaseSlopes, phase: PhaseData, z: Reals, r: int, force: float) -> None:
-    """Add a force along the derivative of a row of the contacts to z."""
-    columns, W = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :]
-    for p in range(phase.entries[r]):
-        z[columns[p]] += force * W[p]
-
-
-@compiled
-def row_change(it: PhaseSlopes, phase: PhaseData, r: int, w: Reals) -> float:
-    """Return the derivative of a row of the contacts times w, with w fixed, in the order of the speeds."""
-    columns, W, total = phase.columns[phase.entry[r] :], it.touch[phase.W_at[r] :], 0.0
-    for p in range(phase.entries[r]):
-        total += W[p] * w[phase.order[columns[p]]]
-    return total
-
-
-@compiled
-def bias_along(it: PhaseSlopes, phase: PhaseData, k: int, j: int) -> float:
-    """Return the derivative of W u' + b of a row, with u' fixed."""
-    return it.touch[phase.biases_at[k] + j] + row_change(it, phase, phase.first[k] + j, phase.udot)
 
 
 @compiled
@@ -181,10 +162,10 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
     for p in range(n):
         z[p] = -it.inertia[phase.order[p]]
     for i in range(phase.conditions):
-        load_along(it, phase, z, phase.first[phase.source[i]] + phase.row_of[i], phase.lam[i])
+        condition_load(it, phase, z, i, phase.lam[i])
     forwarded(phase, z)
     for i in range(phase.conditions):
-        own = row_change(it, phase, phase.first[phase.source[i]] + phase.row_of[i], it.udot)
+        own = condition_change(it, phase, i, it.udot)
         shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
 
 
@@ -280,7 +261,7 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
             k, change = phase.source[i], mean
             if phase.normal_of[i] >= 0:
                 change = phase.lam[phase.normal_of[i]]
-            elif phase.held[k] != 0:
+            elif k >= 0 and phase.held[k] != 0:
                 change = given_change(it, phase, k)
             it.turns[i] = it.shares[i] + change * it.forces[i] / it.weights[i]
         set_weights(phase, it.weights)
@@ -298,6 +279,9 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
             z[p] += phase.lam[i] * K[p]
     for i in range(phase.conditions):
         k, x = phase.source[i], phase.lam[i]
+        if k < 0:
+            it.multiplier[phase.number[-1 - k]] = x
+            continue
         pull = it.touch[phase.laws_at[k] + 5] if phase.row_of[i] == 0 else 0.0
         it.force[phase.first[k] + phase.row_of[i]] = x - pull
         if phase.slip[i] != laws.NO_SLIP:
@@ -323,17 +307,17 @@ def goals(it: PhaseSlopes, phase: PhaseData, first: int) -> None:
         F = force_of(phase, k)
         for j in range(1 + phase.tangents[k]):
             load_along(it, phase, z, phase.first[k] + j, F[j])
+    for i in range(phase.own):
+        condition_load(it, phase, z, i, condition_force(phase, i))
     for i in range(phase.conditions if first != 0 else 0):
-        r = phase.first[phase.source[i]] + phase.row_of[i]
-        load_along(it, phase, z, r, it.firsts[i] - it.forces[i])
+        condition_load(it, phase, z, i, it.firsts[i] - it.forces[i])
     for r in range(it.rows):
         it.force[r] = 0.0
     turn_friction(it, phase)
     push_along(it, phase)
     forwarded(phase, z)
     for i in range(phase.conditions):
-        change = bias_along(it, phase, phase.source[i], phase.row_of[i])
-        phase.right[i] = -(change + product(phase.G[i], z, n))
+        phase.right[i] = -(bias_along(it, phase, i) + product(phase.G[i], z, n))
 
 
 @compiled

@@ -22,9 +22,9 @@ class PhaseSlopes(Record):
     ``shifts``                  τ of each unknown: the s_j are derivatives along times that move with it
     ``machine``, ``touching``   kernels of `candidate_slopes`, with the constants ``machine_c``
     ``given``                   their inputs: (q, u), ``w``, the direction ``s``, then ``rest``: τ and dp
-    ``q_dot``, ``bias``, ``inertia``    outputs of ``machine``, one after another
+    ``q_dot``, ``bias``, ``inertia``, ``gamma``, ``own_G``    outputs of ``machine``, one after another
     ``touch``                   outputs of the contacts, at the places of those of their own kernels
-    ``udot``, ``force``         derivatives of the accelerations and of the contact forces
+    ``udot``, ``force``, ``multiplier``    derivatives of the accelerations, contact forces and multipliers
     ``z``                       numbers for each speed
     ``forces``, ``firsts``      λ of each condition, and those that W = 1 gives; ``weights``: the last W
     ``shares``, ``first_leans``, ``turns``    what these change at once, and with W
@@ -38,6 +38,8 @@ class PhaseSlopes(Record):
     n: Count
     rows: Count
     conditions: Count
+    own: Count
+    all_own: Count
     unknowns: Count
     symbols: Count
     contacts: Count
@@ -57,9 +59,12 @@ class PhaseSlopes(Record):
     q_dot: Annotated[Row, "machine_outputs"]
     bias: Row
     inertia: Row
+    gamma: Row
+    own_G: Row
     touch: Annotated[Row, "contact_outputs"]
     udot: Annotated[Row, "n"]
     force: Annotated[Row, "rows"]
+    multiplier: Annotated[Row, "all_own"]
     z: Annotated[Row, "n"]
     forces: Annotated[Row, "conditions"]
     firsts: Annotated[Row, "conditions"]
@@ -85,12 +90,13 @@ def phase_slopes(
     constants, loaded = program.constants(parameters), len(scene.loaded)
     bearings = bearing_slopes(scene.candidates, symbols) if loaded else None
     of_bearings = bearings.constants(parameters) if bearings else constants[:0]
-    at, size = n_q + n, n + scene.rows
+    own, all_own = len(scene.kernels.active), scene.candidates.own
+    at, size = n_q + n, n + scene.rows + all_own
     it = PhaseSlopes.made(
-        n_q=n_q, n=n, rows=scene.rows, unknowns=len(seeds), symbols=m, contacts=len(scene.first),
-        most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
-        machine_outputs=n_q + 2 * n, contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
-        conditions=scene.candidates.own + scene.rows, of_bearings=of_bearings.size, of_borne=2 * (at + size) + 1 + m,
+        n_q=n_q, n=n, own=own, all_own=all_own, rows=scene.rows, unknowns=len(seeds), symbols=m,
+        contacts=len(scene.first), most_symbols=max(m, 1), of_machine=constants.size, inputs=2 * n_q + 3 * n + 1 + m,
+        machine_outputs=n_q + 2 * n + own * (1 + n), contact_outputs=sum(pattern.sizes), touches=sum(pattern.sizes),
+        conditions=all_own + scene.rows, of_bearings=of_bearings.size, of_borne=2 * (at + size) + 1 + m,
         of_bearing=2 * LOADED * loaded, loaded=loaded, loaded_squared=loaded * loaded,
     )  # fmt: skip
     if bearings:
@@ -104,5 +110,6 @@ def phase_slopes(
     it.shifts[:] = shifts
     for name, at in (("w", n_q + n), ("s", n_q + 2 * n), ("rest", 2 * n_q + 3 * n)):
         setattr(it, name, it.given[at:])
-    it.bias, it.inertia = it.q_dot[n_q:], it.q_dot[n_q + n :]
+    it.bias, it.inertia, it.gamma = (it.q_dot[n_q + k * n :] for k in range(3))
+    it.own_G = it.gamma[own:]
     return it

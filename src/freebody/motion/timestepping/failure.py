@@ -11,11 +11,11 @@ from ...model import Model
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..kernels.kernels import Kernels
-from ..legs.loaded_joints import jammed
 from ..moreau.correction import DEEP
 from ..moreau.stepping_record import CONSTRAINTS, CONTACTS, JAMMED, LOADS, MASS, OVERLAP, Run
 from ..ode.dense_output import Array
 from ..start.initial import number
+from ..start.loaded_joints import jammed
 
 MOST_SWEEPS = 100_000
 """Sweeps after which the search for the impulses of a step ends."""
@@ -81,7 +81,7 @@ def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
-    for c in model.contacts:
+    for c in (*model.contacts, *(one for family in model.families for one in family.representatives)):
         moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
         if moving:
             raise SimulationError(

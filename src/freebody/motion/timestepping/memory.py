@@ -60,10 +60,11 @@ def memory_of(
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
     m = E + sum(tangents)
     loaded = sum(c.loaded for c in model.contacts)
+    each = max((1 + sum(one.rows) for one in model.families), default=0)  # rows of a pair
     points = max((most_points(member.shape) for one in model.families for member in one.members), default=1)
     flights = [link for link in model.links if link.flies]
     run = Run.made(
-        flights=len(flights), n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
+        flights=len(flights), n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + each * pairs, 1), rows=m,
         squares=int(shape.squares[-1]), blocks=len(shape.blocks) - 1,
         constraints=held, holonomic=shape.holonomic, conditions=held * held,
         joints=loaded, of_bearings=LOADED * loaded, moving=n_q + 2 * n + m + len(rows(model)),
@@ -111,7 +112,7 @@ def memory_of(
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
-        for part, room in ((shape.pieces, 6), (shape.row_first, 3), (shape.row_at, 3))
+        for part, room in ((shape.pieces, 2 * each), (shape.row_first, each), (shape.row_at, each))
     )
     for blocks in (problem.blocks, run.elimination.blocks):
         blocks.n, blocks.count = n, len(shape.blocks) - 1
@@ -121,7 +122,7 @@ def memory_of(
     sizes = {
         "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m, "given": E,
         "pressed": n, "pressing": 1, "constraint_rates": held, "phi": shape.holonomic, 
-        "W": int(shape.row_at[-1]) + 6 * pairs * int(np.diff(shape.blocks).max(initial=0)),
+        "W": int(shape.row_at[-1]) + 2 * each * pairs * int(np.diff(shape.blocks).max(initial=0)),
     }  # fmt: skip
     run.outputs = np.zeros(sum(sizes.values()))
     parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
@@ -134,7 +135,7 @@ def memory_of(
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
     wide = int(np.diff(shape.row_first).max(initial=2))
-    return run, _islands(int(blocks.count), max(m + 3 * pairs, 1), n, wide), owned
+    return run, _islands(int(blocks.count), max(m + each * pairs, 1), n, wide), owned
 
 
 def carry(old: Run, new: Run) -> None:

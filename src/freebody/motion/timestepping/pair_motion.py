@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from ...errors import SimulationError
 from ...model import Model
 from ...model.family import Family
+from ...model.resistance import SPINNING
 from ..contact.course import ContactMotion
-from ..families.family_record import ENTRY
+from ..families.family_record import ENTRY, RESISTED
 from ..families.pair_quantities import pair_quantities
 from ..ode.dense_output import Array
 from ..start.initial import number
@@ -33,9 +34,9 @@ class PairLog(Sequence[Array]):
         self.entries, self.ends = entries, ends
 
     @staticmethod
-    def made(steps: int) -> PairLog:
-        """Return a log with room for so many steps."""
-        return PairLog(np.empty((64, ENTRY)), np.zeros(steps + 1, dtype=np.int64))
+    def made(steps: int, width: int) -> PairLog:
+        """Return a log with room for so many steps, with entries of a width."""
+        return PairLog(np.empty((64, width)), np.zeros(steps + 1, dtype=np.int64))
 
     def append(self, step: int, entries: Array, ends: NDArray[np.int64]) -> None:
         """Write the entries of the steps from ``step`` on, which end before ``ends`` among ``entries``."""
@@ -43,7 +44,7 @@ class PairLog(Sequence[Array]):
             return
         first, last = int(self.ends[step]), int(self.ends[step] + ends[-1])
         if last > len(self.entries):
-            known, self.entries = self.entries[:first], np.empty((2 * last, ENTRY))
+            known, self.entries = self.entries[:first], np.empty((2 * last, entries.shape[1]))
             self.entries[:first] = known
         self.entries[first:last] = entries[: last - first]
         self.ends[step + 1 : step + 1 + len(ends)] = first + ends
@@ -65,25 +66,34 @@ class PairLog(Sequence[Array]):
         return self.entries[self.ends[k] : self.ends[k + 1]]
 
 
-def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) -> ContactMotion:
-    """Return gap, mean forces, slip and mode of two members of a family."""
-    model = course.kernels.model
-    first, second = family.ordered(one, other)
-    gap, approach, slip = pair_quantities(
+def width_of(model: Model) -> int:
+    """Return the length of the entries of the log of a machine."""
+    return ENTRY + RESISTED * any(sum(family.rows[1:]) > 0 for family in model.families)
+
+
+def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactMotion:
+    """Return gap, mean forces, slip and mode of two members of a family, or of what resists their rolling."""
+    model, contact = course.kernels.model, cast(Any, family.element(name))
+    first, second = family.ordered(*cast(Any, family.pair(contact.presser or name)))
+    gap, approach, slip, turning = pair_quantities(
         course.kernels, course.values, family, (first, second), motion.t, motion.states
     )
-    start = sum(len(f.members) for f in model.families[: model.families.index(family)])
-    log = course.impulses.pairs
-    rows = np.zeros((len(log), 4))
+    start, n = sum(len(f.members) for f in model.families[: model.families.index(family)]), contact.tangents
+    log, columns, mode_at = course.impulses.pairs, [0, *range(1, 1 + n)], 3
+    if contact.presser:
+        spins = contact.law.about == SPINNING
+        columns = [0, *range(ENTRY + 2 * spins, ENTRY + 2 * spins + n)]
+        slip, mode_at = turning[:, 2:] if spins else turning, ENTRY + 6 + spins
+    rows = np.zeros((len(log), 2 + n))
     own = (log.entries[:, 10] == start + first) & (log.entries[:, 11] == start + second)
-    np.add.at(rows[:, :3], log.steps[own], log.entries[own, :3])
-    np.maximum.at(rows[:, 3], log.steps[own], log.entries[own, 3])
-    n = family.tangents
-    forces, slip = course._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
-    modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
+    np.add.at(rows[:, :-1], log.steps[own], log.entries[own][:, columns])
+    np.maximum.at(rows[:, -1], log.steps[own], log.entries[own, mode_at])
+    forces, slip = course._mean(rows[:, :-1], motion.t), slip[:, :n]
+    modes = np.append(rows[:, -1], 0).astype(np.int64)  # the last one is that of a motion without a step
     mode = np.array(MODES)[modes[course._step_of(motion.t)]]
-    mu = number(model, course.values, family.friction, "a coefficient of friction")
-    margin = mu * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
+    mu = number(model, course.values, contact.friction, "a coefficient of friction")
+    pressure = forces[:, 0] + number(model, course.values, contact.adhesion, "an adhesion")
+    margin = mu * pressure - np.linalg.norm(forces[:, 1:], axis=1)
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
         np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,
@@ -101,7 +111,10 @@ def wrenches(model: Model, pairs: PairLog, steps: Any) -> Array:
         if len(pairs.entries):
             log = pairs[k]
             for sign, member, point in ((1, 10, slice(7, 10)), (-1, 11, slice(12, 15))):
-                wrench = np.hstack([log[:, 4:7], np.cross(log[:, point], log[:, 4:7])])
+                moment = np.cross(log[:, point], log[:, 4:7])
+                if log.shape[1] > ENTRY:
+                    moment = moment + log[:, ENTRY + 3 : ENTRY + 6]
+                wrench = np.hstack([log[:, 4:7], moment])
                 np.add.at(row, place[log[:, member].astype(np.int64)], sign * wrench)
     return result[:, :-1].reshape(len(steps), -1)
 
@@ -117,9 +130,8 @@ class OfFamilies(ByName):
 
     def __missing__(self, name: Any) -> Any:
         for family in self.families:
-            pair = family.pair(name) if isinstance(name, str) else None
-            if pair is not None:
-                self[name] = self.motion_of(family, *pair)
+            if isinstance(name, str) and family.element(name) is not None:
+                self[name] = self.motion_of(family, name)
                 return self[name]
             if isinstance(name, str) and name.startswith(family.name):
                 a, *_, b = (member.label for member in family.members)

@@ -23,7 +23,6 @@ from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
-from ..legs.loaded_joints import check_blows
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -31,6 +30,7 @@ from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.fitting import refuse_misfits
 from ..start.initial import number
+from ..start.loaded_joints import check_blows
 from ..start.overlap import refuse_overlap, sides_of
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
@@ -41,7 +41,7 @@ from .crossings import crossings
 from .failure import MOST_SWEEPS, accepted, check_laws, failure
 from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of
-from .pair_motion import PairLog
+from .pair_motion import PairLog, width_of
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -140,7 +140,7 @@ class _Run:
         self.impulses, self.works, self.moved = (
             np.empty((count, width)) for width in (self.rows + len(self.shape.held), 2, n)
         )
-        self.modes, self.log = np.empty((count, E), dtype=np.int64), PairLog.made(count)
+        self.modes, self.log = np.empty((count, E), dtype=np.int64), PairLog.made(count, width_of(model))
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = self.reached = 0  # steps that are kept, and those up to where the loop is
         self.slow = False  # the last piece took long
@@ -152,7 +152,9 @@ class _Run:
         )
         self.memory.h, self.memory.machine.c = self.h, self.constants
         self.memory.log_room = 4 * self.pairs
-        self.memory.log = np.empty((max(self.memory.log_room, 1), ENTRY))
+        width = width_of(self.model)
+        self.memory.resisted = int(width > ENTRY)
+        self.memory.log = np.empty((max(self.memory.log_room, 1), width))
 
     def motion(self, between: Progress) -> Trajectory:
         y = np.array(self.problem.state[: self.states.shape[1]], dtype=float)

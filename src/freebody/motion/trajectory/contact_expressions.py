@@ -94,8 +94,8 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
             "output, motion.contacts, but not watched. Watch its normal force, gap or approach."
         )
     own = [contact.name for contact in model.contacts]
-    points = [one for one in own if one.startswith(f"{found.name}_")]
-    places = {own[k] for pair in model.patches for k in range(pair.start, pair.start + len(pair.kinds))}
+    points = [c.name for c in model.contacts if c.name.startswith(f"{found.name}_") and not c.presser]
+    places = {own[k] for pair in model.patches for k in pair.places}
     if kind != "normal" and (found.name in places or (found.name not in own and points)):
         cure = "its sum over these points" if places else f"or one point, such as '{points[0]}.{kind}'"
         raise SimulationError(

@@ -336,9 +336,13 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
             (
                 family.name,
                 text_of_members(family),
-                *(f"{float(state(x)):.6g}" for x in (family.friction, family.restitution)),
+                _friction(model, state, one),
+                _coefficient(model, state, one.restitution)
+                + _adhesion(state, one)
+                + "".join(f", {x.law.about} {float(state(x.friction)):.6g} m" for x in resisting),
             )
             for family in model.families
+            for one, *resisting in [family.representatives]
         ]
         parts.append(_table(("Family of contacts", "Members", "Friction", "Restitution"), families))
     kinds = [

@@ -106,7 +106,7 @@ def test_a_drawing_shows_the_members():
         (lambda a, b, g: [a.sphere(1), 3], {}, "Expected a shape for the family of contacts 'x'"),
         (lambda a, b, g: [a.origin, g.heightline("x")], {}, "A heightline cannot be one of"),
         (lambda a, b, g: [a.sphere(2), g.sphere(1, inside=True)], {}, "does not fit inside"),
-        (lambda a, b, g: [a.sphere(1), b.sphere(1)], {"friction": -1}, "Expected a coefficient of 0 or more"),
+        (lambda a, b, g: [a.sphere(1), b.sphere(1)], {"friction": -1}, "Expected a friction of 0 or more"),
         (lambda a, b, g: [a.sphere(1), b.sphere(1)], {"restitution": 2}, "between 0 \\(no bounce\\) and 1"),
     ],
 )
