@@ -162,27 +162,23 @@ def normalise(it: EventRun) -> None:
 
 
 @compiled
-def find_flights(it: EventRun) -> int:
+def find_flights(it: EventRun) -> None:
     """Set ``flight``, the time to the highest point, of open contacts that leave a surface and return to it at once.
 
-    Of others it is 0. Set ``taking`` for flights lower than the round-off of their gap; return their number.
+    Of others it is 0.
     """
-    low, leaving, unseen = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
+    leaving = 0
     for k in range(it.contacts):
         leaves = it.mode[k] == laws.OPEN and abs(it.gap[k]) <= it.near and it.rate[it.first[k]] > it.still
-        it.taking[k], it.flight[k] = 0, 1.0 if leaves else 0.0
+        it.flight[k] = 1.0 if leaves else 0.0
         leaving += 1 if leaves else 0
     if leaving == 0:
-        return 0
+        return
     it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
         if it.flight[k] != 0.0:
             v, a = it.rate[it.first[k]], -it.speeds[it.first[k]]
             it.flight[k] = v / a if a > 0.0 else 0.0
-            if a > 0.0 and v * v / (2.0 * a) < low and it.compliant[k] == 0:
-                it.taking[k] = 1
-                unseen += 1
-    return unseen
 
 
 @compiled
