@@ -183,7 +183,9 @@ class Patches:
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
         start = self.most * p
-        tie = t == self.last[p] and not round_pair  # round-off has changed the features back
+        tie = t == self.last[p]  # round-off has changed the features back
+        if tie and round_pair:
+            it.tied[start : start + len(places)] = 1
         within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
         crosses = [bool(self.functions["crosses"](it, start + k)) for k in range(len(places))]
         marks = {place: feature_changes.CROSSES for place, one in zip(places, crosses, strict=True) if one}

@@ -186,8 +186,8 @@ def is_point(it: Followed, one: Integers, k: int) -> int:
 @compiled
 def within(it: Followed, at: int) -> int:
     """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
-    band = BAND * it.families.patch.extent
-    if it.mode[it.contact[at]] == 0 or it.tied[at] == CROSSES:
+    band, round_pair = BAND * it.families.patch.extent, it.families.one.radius + it.families.other.radius > 0.0
+    if (it.mode[it.contact[at]] == 0 and not (round_pair and it.tied[at] == 1)) or it.tied[at] == CROSSES:
         band = -band
     return 1 if beside(it, it.features[4 * at :]) <= band else 0
 
