@@ -45,8 +45,8 @@ BAND, AWAY = 2.0 * BESIDE, 4.0
 at which any place leaves."""
 CROSSES = 2
 """Mark of a crossing that stays."""
-SAME = 4.0 * ALONG
-"""Distance of two points, relative to the size, up to which they are one."""
+SAME, LEAST = 4.0 * ALONG, 1e-15
+"""Distance of two points, relative to the size, up to which they are one; difference of gaps that are one."""
 
 
 @record
@@ -152,7 +152,7 @@ def holds(it: Followed, p: int, k: int) -> int:
     if among(one, patch.features, patch.count) == 1:
         return 1
     for point in range(patch.count):
-        if is_point(it, one, point) == 1:
+        if is_point(it, at, point) == 1:
             return 1
     gap = gap_of(it, one)
     if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
@@ -165,17 +165,23 @@ def holds(it: Followed, p: int, k: int) -> int:
 def met_by_others(it: Followed, p: int, k: int) -> int:
     """Return 1 if a place with other features is at a point of the patch that has been measured, else 0."""
     for j in range(it.used[p]):
-        if is_point(it, it.features[4 * (it.most * p + j) :], k) == 1:
+        if is_point(it, it.most * p + j, k) == 1:
             return 1
     return 0
 
 
 @compiled
-def is_point(it: Followed, one: Integers, k: int) -> int:
-    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0."""
-    of = it.families
+def is_point(it: Followed, at: int, k: int) -> int:
+    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0.
+
+    One of a tie may be anywhere where its gap is that of the point: edges that are nearly parallel cross there to the
+    square root of round-off.
+    """
+    of, one = it.families, it.features[4 * at :]
     if not of.one.radius + of.other.radius > 0.0:
         return 0
+    if it.tied[at] == 1 and abs(gap_of(it, one) - of.patch.points[k, 6]) <= LEAST * of.patch.extent:
+        return 1
     set_point(it, one)
     square = 0.0
     for j in range(3):
@@ -186,8 +192,8 @@ def is_point(it: Followed, one: Integers, k: int) -> int:
 @compiled
 def within(it: Followed, at: int) -> int:
     """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
-    band, round_pair = BAND * it.families.patch.extent, it.families.one.radius + it.families.other.radius > 0.0
-    if (it.mode[it.contact[at]] == 0 and not (round_pair and it.tied[at] == 1)) or it.tied[at] == CROSSES:
+    band = BAND * it.families.patch.extent
+    if it.mode[it.contact[at]] == 0 or it.tied[at] == CROSSES:
         band = -band
     return 1 if beside(it, it.features[4 * at :]) <= band else 0
 
