@@ -6,9 +6,9 @@ e the ratio of the speeds after and before a bounce. All remaining bounces take 
     2 v / a · (1 + e + e² + ...) = 2 v / (a (1 - e))
 
 and rise at most v²/(2a) above the surface. For contacts that alternate (a rocking block), e is the measured ratio of a
-cycle. The sum is used if the height is below 1e-9 and the measured a is constant to 1e-12 over the remaining time. It
-is always used at heights below 1e-13, where a change of a has an effect of that size only: also for contacts whose
-impacts follow each other in no order, and for those that an impact of others lifts.
+cycle. The sum is used if the height is below 1e-9, or 1e-11 among others, and the measured a is constant to 1e-12 over
+the remaining time. It is always used at heights below 1e-13, where a change of a has an effect of that size only: also
+for contacts whose impacts follow each other in no order, and for those that an impact of others lifts.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ from .event_run import EventRun
 from .impulses import log_rest
 from .moment import copy, copy_wholes, largest, normal_speed
 
+ALONE, AMONG = 1e-9, 1e-11
+"""Height below which the bounces of a contact end, relative to 1 m or the greatest coordinate, and where the forces of
+others, which slip meanwhile, act on them."""
 LOWEST = 1e-12
 """Height below which bounces end where events crowd, or others end, relative to 1 m or the greatest coordinate."""
 
@@ -97,11 +100,12 @@ def of_one_contact(it: EventRun) -> int:
         return 0
     v = normal_speed(it, k)
     e = v / it.bounce_speed[b]  # the restitution by Newton's law; friction changes it by Poisson's law
-    if not (it.flight[k] > 0.0 and e < 1.0) or v * it.flight[k] > 2e-9 * size:
+    if not (it.flight[k] > 0.0 and e < 1.0) or b == 0 or alike(it, b, b - 1) == 0:
         return 0
     a = v / it.flight[k]
     it.rest_left = 2.0 * v / (a * (1.0 - e))
-    if b == 0 or alike(it, b, b - 1) == 0:
+    alone = abs(a + it.c[it.first[k]]) <= event_run.SMALL * a
+    if v * it.flight[k] > 2.0 * (ALONE if alone else AMONG) * size:
         return 0
     # the change of a over the remaining time is estimated from the last flight: a = 2 v_before / (t - t_before)
     flight = it.t - it.bounce_time[b - 1]
@@ -128,7 +132,7 @@ def of_a_cycle(it: EventRun) -> int:
         ratio, speeds = second / first, it.bounce_speed[last] / it.bounce_speed[last - period]
         if not (ratio < 1.0 and speeds < 1.0):
             continue
-        if it.bounce_speed[last] * second > 1e-11 * (1.0 + largest(it.y, it.n_q)):
+        if it.bounce_speed[last] * second > AMONG * (1.0 + largest(it.y, it.n_q)):
             continue
         for k in range(it.contacts):
             it.taking[k] = 0
