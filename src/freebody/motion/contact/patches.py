@@ -187,8 +187,8 @@ class Patches:
         if t != self.last[p]:
             self.left[p].clear()
         tie = t == self.last[p] and not round_pair  # round-off has changed the features back
-        if round_pair and not self.left[p].isdisjoint(found):
-            it.tied[start : start + len(places)] = 1
+        if not self.left[p].isdisjoint(found):  # they would go on to change
+            it.tied[start : start + len(places)] = feature_changes.ALTERNATES
             if self.functions["kept"](it, p):
                 return False
             self._gap(p)
