@@ -121,8 +121,8 @@ def test_thrown_coins_with_resistance_come_to_rest(seed):
     assert sum(one.mode[-1] == "stick" for one in motion.contacts.values()) == 4  # it lies flat
 
 
-# refused before: both the edge and the points of a drum's end stood (0, 6); the first moment of a slip turned a spin; one
-# that rolls on its wall rocked between both rims, at 2e-8 m/s, without an end (157)
+# refused before: both the edge and the points of a drum's end stood (0, 6); the first moment of a slip turned a spin;
+# one that rolls on its wall rocked between both rims, at 2e-8 m/s, without an end (157)
 @pytest.mark.parametrize(
     ("seed", "e"),
     [(0, 0.4), *(pytest.param(seed, e, marks=pytest.mark.slow) for seed, e in ((6, 0), (79, 0), (157, 0.4)))],

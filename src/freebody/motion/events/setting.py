@@ -39,12 +39,15 @@ def band_of(it: EventRun, k: int) -> float:
     """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
 
     An open gap that leaves zero changes sign by its round-off, before it is open. The flight is one so low that
-    bounces are summed there (`bounces`), and does not notice that it lands lower by it.
+    bounces are summed there (`bounces`), and does not notice that it lands lower by it. A contact that is deep and not
+    closed is behind its sides, and closes at 0 once it has come around them.
     """
     size, gap, v = 1.0 + largest(it.y, it.n_q), it.gap[k], it.rate[it.first[k]]
     low = LOW * size
+    if gap < -it.near and (it.compliant[k] != 0 or it.closed[k] == 0):
+        return 0.0
     if it.compliant[k] != 0:
-        return 0.0 if gap < -it.near else lesser(gap, 0.0)
+        return lesser(gap, 0.0)
     leaves = (
         it.mode[k] == laws.OPEN and gap <= low and v >= -it.still and v * it.flight[k] <= 2.0 * SUMMED * size
     )
