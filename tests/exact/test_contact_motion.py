@@ -46,6 +46,43 @@ def test_bouncing_ball_every_bounce_and_the_end(e):
     assert [m.mode for m in motion.modes] == ["open", "slip"]
 
 
+@pytest.mark.parametrize("e", [0.5, 0.9])
+def test_bounces_on_a_block_that_the_floor_carries(e):
+    """Without contact forces both fall alike, and the ball would not return: the floor decides how high it flies."""
+    s = fb.System("ball on a block")
+    s.gravity = (0, -G, 0)
+    block, ball = s.body("block", fb.box(2, (0.4, 0.1, 0.2))), s.body("ball", fb.disk(1, 0.1))
+    s.planar("p", s.ground, block, coordinate="x y w")
+    s.planar("q", s.ground, ball, coordinate="X Y W")
+    feet = block.corners((-0.2, -0.05, 0), (0.2, -0.05, 0))
+    s.contact("feet", feet, s.ground.plane(normal="y"), friction=0.3)
+    top = block.plane(at=(0, 0.05, 0), normal="y")
+    s.contact("top", ball.circle(0.1), top, friction=0.3, restitution=e)
+    t1 = math.sqrt(2 * 0.2 / G)
+    end = t1 * (1 + e) / (1 - e)
+    motion = fb.simulate(s, end + 0.1, initial={"y": 0.05, "Y": 0.4})
+    (rest,) = happened(motion, "rest")
+    assert rest.time == pytest.approx(end, rel=1e-11)
+    assert float(motion["Y"][-1]) == pytest.approx(0.2, abs=1e-12)
+
+
+def test_bounces_of_a_foot_beside_one_that_carries():
+    """The forces at the other foot turn the box back: flights have that acceleration, not that of free fall."""
+    e, tilt = 0.3, 0.1
+    s = fb.System("box on two feet")
+    s.gravity = (0, -G, 0)
+    box = s.body("box", fb.box(1, (0.2, 0.1, 0.1)))
+    s.planar("p", s.ground, box, coordinate="x y w")
+    feet = box.corners((-0.1, -0.05, 0), (0.1, -0.05, 0))
+    s.contact("feet", feet, s.ground.plane(normal="y"), friction=0.3, restitution=e)
+    start = {"w": tilt, "y": 0.05 * math.cos(tilt) + 0.1 * math.sin(tilt)}
+    motion = fb.simulate(s, 0.2, initial=start)
+    times = [event.time for event in happened(motion, "impact")]
+    (rest,) = happened(motion, "rest")
+    # the last flights are shorter by e each
+    assert rest.time == pytest.approx(times[-1] + (times[-1] - times[-2]) * e / (1 - e), abs=1e-11)
+
+
 def disk(friction, static=None, force=False):
     s = fb.System("disk")
     R, m, g, mu, F, h = s.parameters(R=0.3, m=10, g=G, mu=friction, F=30, h=0.4)

@@ -15,6 +15,7 @@ SOLIDS = {
     "pill": (fb.cylinder(1, R, 0.4), lambda b: b.capsule((0, 0, -0.15), (0, 0, 0.15), R)),
     "box": (fb.box(1, (0.4, 0.3, 0.2)), lambda b: b.box((0.4, 0.3, 0.2))),
     "stone": (fb.sphere(1, R), lambda b: b.hull(*CORNER)),
+    "cube": (fb.box(0.5, (0.2,) * 3), lambda b: b.box((0.2,) * 3)),
 }
 
 
@@ -144,6 +145,54 @@ def test_thrown_round_solids_keep_the_ledger(above, below, seed):
     motion = fb.simulate(s, 1.5, initial=start)
     assert motion.status == "finished" and ledger(motion) < 1e-8
     assert min(one.gap.min() for name, one in motion.contacts.items() if "_" not in name) > -1e-9
+
+
+# refused before, or without an end: low bounces of the box, which the capsule carries, gave slips to contacts that
+# stick, again and again (24, 32, 134), until modes were endless (31) or none was consistent (93); so did the end of a
+# slip (116)
+@pytest.mark.parametrize(
+    "seed", [31, *(pytest.param(k, marks=pytest.mark.slow) for k in (24, 32, 93, 116, 134))]
+)
+def test_a_box_rattles_on_a_capsule_to_the_end(seed):
+    s, rng = thrown(("box", "pill"), friction=0.8, restitution=0.5), np.random.default_rng(seed)
+    start = {"jb_z": 0.301, "ja_z": 0.92}
+    for label in "ba":
+        q = np.roll(Rotation.random(random_state=rng).as_quat(), 1)
+        start |= {f"j{label}_e{k}": float(x) for k, x in enumerate(q)}
+        spin = 2 * rng.normal(size=3)
+        start |= {f"j{label}_w{c}": float(x) for c, x in zip("xyz", spin, strict=True)}
+    motion = fb.simulate(s, 1, initial=start, max_steps=8000)
+    assert motion.status == "finished" and ledger(motion) < 1e-8
+
+
+SIZES = {"pill": 0.25, "box": 0.27, "cube": 0.175}
+
+
+# features that alternate, at one moment, with those of the same point (5174, 5317); a crossing that comes from behind
+# its edges and was to close at the depth that it had there (5331); capsules that cross almost parallel, whose closed
+# contact turns fast beside slow slips: a step of the speeds was wrong by 8e-8 J (5140)
+@pytest.mark.parametrize(
+    ("names", "seed", "friction", "restitution"),
+    [
+        (("pill", "box"), 5174, 0.8, 0.3),
+        (("box", "pill"), 5331, 0.4, 0.0),
+        pytest.param(("pill", "pill"), 5140, 0.1, 0.0, marks=pytest.mark.slow),
+        pytest.param(("cube", "box"), 5317, 0.4, 0.0, marks=pytest.mark.slow),
+    ],
+)
+def test_solids_thrown_at_a_floor_and_each_other_keep_the_ledger(names, seed, friction, restitution):
+    s, rng = thrown(names, friction=friction, restitution=restitution), np.random.default_rng([263, seed])
+    start, z = {}, 0.02
+    for label, name in zip("ba", names[::-1], strict=True):
+        z += SIZES[name] + 0.01
+        q = np.roll(Rotation.random(random_state=rng).as_quat(), 1)
+        start |= {f"j{label}_e{k}": float(x) for k, x in enumerate(q)} | {f"j{label}_z": z}
+        start |= {f"j{label}_{c}": float(0.03 * rng.normal()) for c in "xy"}
+        start |= {f"j{label}_w{c}": float(4 * rng.normal()) for c in "xyz"}
+        start |= {f"j{label}_v{c}": float(0.5 * rng.normal()) for c in "xyz"}
+        z += SIZES[name] + 0.02
+    motion = fb.simulate(s, 1, initial=start)
+    assert motion.status == "finished" and ledger(motion) < 1e-8
 
 
 def test_a_capsule_comes_to_rest_on_a_box():

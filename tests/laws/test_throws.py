@@ -121,9 +121,11 @@ def test_thrown_coins_with_resistance_come_to_rest(seed):
     assert sum(one.mode[-1] == "stick" for one in motion.contacts.values()) == 4  # it lies flat
 
 
-# refused before: both the edge and the points of a drum's end stood (0, 6); the first moment of a slip turned a spin
+# refused before: both the edge and the points of a drum's end stood (0, 6); the first moment of a slip turned a spin;
+# one that rolls on its wall rocked between both rims, at 2e-8 m/s, without an end (157)
 @pytest.mark.parametrize(
-    ("seed", "e"), [(0, 0.4), *(pytest.param(seed, 0, marks=pytest.mark.slow) for seed in (6, 79))]
+    ("seed", "e"),
+    [(0, 0.4), *(pytest.param(seed, e, marks=pytest.mark.slow) for seed, e in ((6, 0), (79, 0), (157, 0.4)))],
 )
 def test_thrown_drums_with_resistance_come_to_rest(seed, e):
     s = fb.System("thick coin")
@@ -139,8 +141,8 @@ def test_thrown_drums_with_resistance_come_to_rest(seed, e):
     motion = fb.simulate(s, 3, initial=start | {"f_vx": float(v[0]), "f_vy": float(v[1])})
     assert np.abs(motion.at(3).u).max() < 1e-12
     assert motion.energy.relative_residual < 1e-8
-    lies = {name for name, one in motion.contacts.items() if one.mode[-1] == "stick"}
-    assert lies in ({f"table_{end}_{k}" for k in range(1, 5)} for end in (1, 2))
+    lies = {name for name, one in motion.contacts.items() if one.mode[-1] == "stick" and "ing" not in name}
+    assert lies in (*({f"table_{end}_{k}" for k in range(1, 5)} for end in (1, 2)), {"table_1", "table_2"})
 
 
 def test_slips_that_begin_at_the_limit_of_friction_take_few_steps():

@@ -275,13 +275,10 @@ class History:
 
     def _rest(self, marks: list[int], numbers: Array) -> Happening:
         n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])
-        t, low = float(numbers[0]), float(numbers[1])
-        before, after = numbers[2 : 2 + n_y], numbers[2 + n_y : 2 + 2 * n_y]
+        t, before, after = float(numbers[0]), numbers[1 : 1 + n_y], numbers[1 + n_y : 1 + 2 * n_y]
         text = f"{names}: slips slower than {event_run.SLOW:.0e} m/s end here together"
         if marks[0] == event_run.SERIES:
             text = f"{names}: the bounces end here, the limit of their geometric series"
-        elif marks[0] == event_run.QUIET:
-            text = f"{names}: bounces lower than {low:.0e} m end here"
         return self._happening(t, "rest", before, after, text)
 
     def _impact(self, marks: list[int], numbers: Array) -> Happening:

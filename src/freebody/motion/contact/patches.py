@@ -59,6 +59,7 @@ class Patches:
         it.pairs, it.most = len(self.pairs), most
         it.features, it.contact, it.tied = (np.zeros(n * most * len(self.pairs), np.int64) for n in (4, 1, 1))
         self.last = [-np.inf for _ in self.pairs]
+        self.left: list[set[tuple[int, ...]]] = [set() for _ in self.pairs]
         it.mode = np.zeros(len(self.model.contacts), np.int64)
         it.first[:], it.second[:] = (
             [getattr(pair, name) + starts[pair.family] for pair in self.pairs] for name in ("first", "second")
@@ -183,7 +184,14 @@ class Patches:
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
         start = self.most * p
+        if t != self.last[p]:
+            self.left[p].clear()
         tie = t == self.last[p] and not round_pair  # round-off has changed the features back
+        if not self.left[p].isdisjoint(found):  # they would go on to change
+            it.tied[start : start + len(places)] = feature_changes.ALTERNATES
+            if self.functions["kept"](it, p):
+                return False
+            self._gap(p)
         within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
         crosses = [bool(self.functions["crosses"](it, start + k)) for k in range(len(places))]
         marks = {place: feature_changes.CROSSES for place, one in zip(places, crosses, strict=True) if one}
@@ -204,6 +212,7 @@ class Patches:
         for k, (place, one) in enumerate(kept.items(), start=start):
             it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.places[place]
             it.tied[k] = marks.get(place, tie)
+        self.left[p].update(one for place, one in places.items() if place not in kept)
         self.places[p], self.last[p] = kept, t
         return kept != places
 

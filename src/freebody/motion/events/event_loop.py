@@ -17,10 +17,10 @@ from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
-from .bounces import end_rest, limited
+from .bounces import end_rest, limited, unseen
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
-from .impulses import collide, end_slow_slips, lift, quiet, take_approach, take_away
+from .impulses import collide, end_slow_slips, lift, take_approach, take_away
 from .jumps import (
     arrived,
     judge_sides,
@@ -69,8 +69,6 @@ def pass_stage(it: EventRun, run: Run, contacts: Contacts) -> int:
         code = arrive(it)
     elif it.stage == event_run.COLLIDE:
         code = collision(it, contacts)
-    elif it.stage == event_run.SETTLE:
-        settle(it, contacts)
     elif it.stage == event_run.CORRECT:
         correct(it, contacts)
     elif it.stage == event_run.DECIDE:
@@ -134,7 +132,7 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     status = collide(it, contacts)
     if status != 0:
         return status
-    it.stage = event_run.SETTLE
+    it.stage = event_run.CORRECT
     # slips begin and stop in turn: one of two events that follow each other has one
     crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2
     if (
@@ -145,21 +143,8 @@ def collision(it: EventRun, contacts: Contacts) -> int:
         return RUNNING
     it.checking = 0
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
-        quiet(it, contacts)
         end_slow_slips(it, contacts)
     return event_run.OPEN_IMPULSES if it.hit != 0 and it.refuse != 0 and it.open != 0 else RUNNING
-
-
-@compiled
-def settle(it: EventRun, contacts: Contacts) -> None:
-    """End a series of bounces that are too low to follow: the contacts stay closed for the time that they take."""
-    it.stage = event_run.CORRECT
-    if it.hit == 0 or limited(it) == 0:
-        return
-    copy_wholes(it.taking, it.resters, it.contacts)
-    it.resting, it.until = 1, it.t + it.rest_left
-    take_away(it, contacts)
-    quiet(it, contacts)
 
 
 @compiled
@@ -200,9 +185,31 @@ def decision(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
+def settle(it: EventRun, contacts: Contacts) -> int:
+    """End bounces that are too low to follow, or to tell from round-off; return 1 if there are any, else 0.
+
+    The contacts of a series stay closed for the time that it takes.
+    """
+    find_flights(it)
+    if it.resting != 0:
+        return 0
+    if limited(it) != 0:
+        copy_wholes(it.taking, it.resters, it.contacts)
+        it.resting, it.until, it.stage = 1, it.t + it.rest_left, event_run.CORRECT
+    elif unseen(it) > 0:
+        it.bounces, it.stage = 0, event_run.ARRIVE
+    else:
+        return 0
+    take_away(it, contacts)
+    return 1
+
+
+@compiled
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
     set_up(it, contacts)
+    if settle(it, contacts) != 0:
+        return RUNNING
     if it.holding == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
             return event_run.UNDECIDED
@@ -213,16 +220,11 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     decides = forces_decide(it, contacts) if it.spare_count > 0 else 0
     if decides != 0 and it.refuse != 0:
         return event_run.OPEN_FORCES
-    unseen = find_flights(it)
-    if it.resting == 0 and unseen > 0:  # a flight lower than the round-off of its gap is no flight
-        take_away(it, contacts)
-        it.bounces, it.stage = 0, event_run.ARRIVE
-        return RUNNING
     longest, end = event_run.LONGEST, it.target
     if it.holding == event_run.AT_REST:
         watch_cones(it)
     if it.resting != 0:
-        it.bounces, end = 0, end_of_phase(it)
+        end = end_of_phase(it)
         clear_reasons(it, event_run.NO_REASON)
         for k in range(it.contacts):
             if it.resters[k] != 0:

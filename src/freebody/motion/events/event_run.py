@@ -53,6 +53,8 @@ RAY = 7
 rolling and spinning."""
 BOUNCES = 40
 """Number of impacts that are remembered, in search of cycles."""
+PERIOD = 6
+"""Greatest number of impacts of a cycle."""
 PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
 NO_PAUSE = 1 << 60
@@ -64,7 +66,7 @@ STALL, STALL_TIME = 20_000, 1e-4
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
 
 # Where the loop goes on.
-ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(10)
+ARRIVE, COLLIDE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(9)
 
 # Why the loop returns to Python. Numbers below are those of `End`.
 (
@@ -114,8 +116,8 @@ UNSEEN = 2
     BOUNCES_END, CHANGED, OTHER_FEATURES, RESULTANT, TIPS, SWITCHED,
 ) = range(15)  # fmt: skip
 
-# Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
-SERIES, QUIET, SLOWED = range(3)
+# Kinds of rest: the limit of a series of bounces, slips that crowd.
+SERIES, SLOWED = range(2)
 
 
 @record

@@ -45,10 +45,6 @@ from .moment import (
 )
 from .shares import impulses_decide
 
-LOWEST = 1e-12
-"""Height below which bounces end where events crowd, relative to 1 m or the greatest coordinate."""
-
-
 # -- the problem of the chosen contacts ------------------------------------------------------------------
 
 
@@ -350,27 +346,25 @@ def remember(it: EventRun, fastest: float, still: float) -> None:
 
 @compiled
 def take_away(it: EventRun, contacts: Contacts) -> None:
-    """Take the normal speeds of the contacts ``taking`` away, and the slip where their last impact left none.
+    """Take the normal speeds of the contacts ``taking`` away, and the slip where they stick (`sticks`).
 
     The remaining bounces press with the sum of the weights less the normal momentum removed here. On a slipping contact
-    the friction is smaller accordingly, by -μ d per unit of normal impulse. Sticking contacts keep sticking, and others
-    at rest stay so.
+    the friction is smaller accordingly, by -μ d per unit of normal impulse. Other contacts at rest stay closed, under
+    the same friction.
     """
     count = 0
     for k in range(it.contacts):
-        at, n = it.first[k], it.tangents[k]
-        if it.taking[k] != 0:
-            rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
-            if rough and left_at_rest(it, k) != 0:
-                for j in range(1 + n):
-                    count = add_row(it, count, at + j, -it.rate[at + j])
-            else:
-                count = add_row(it, count, at, -it.rate[at])
-                if rough and speed > it.still:
+        at = it.first[k]
+        rests = it.closed[k] != 0 and it.presser[k] < 0 and abs(it.rate[at]) <= it.still
+        if it.taking[k] != 0 or rests:
+            count = add_row(it, count, at, -it.rate[at])
+            if it.tangents[k] > 0 and not is_smooth(it, k):
+                if sticks(it, k) != 0:
+                    for j in range(1, 1 + it.tangents[k]):
+                        count = add_row(it, count, at + j, -it.rate[at + j])
+                else:
                     add_ray(it, count - 1, k)
             count = add_resistances(it, count, k)
-        elif it.closed[k] != 0 and abs(it.rate[at]) <= it.still:
-            count = add_row(it, count, at, -it.rate[at])
     impelled(it, contacts, count)
     move_speeds(it)
     look(it)
@@ -393,10 +387,15 @@ def add_resistances(it: EventRun, count: int, k: int) -> int:
 
 
 @compiled
-def left_at_rest(it: EventRun, k: int) -> int:
-    """Return 1 if the last impact of a contact left no slip, else 0."""
-    for b in range(it.bounces - 1, -1, -1):
-        if it.bounced[b * it.contacts + k] != 0:
+def sticks(it: EventRun, k: int) -> int:
+    """Return 1 if a contact has no slip, or one so slow that it ends within its bounces, or its last impact left none.
+
+    Else 0.
+    """
+    if slip_speed(it, k) <= event_run.SLOW:
+        return 1
+    for b in range(it.bounces - 1, it.bounces - 1 - event_run.PERIOD, -1):
+        if it.taking[k] != 0 and b >= 0 and it.bounced[b * it.contacts + k] != 0:
             return it.bounce_stuck[b]
     return 0
 
@@ -424,29 +423,12 @@ def log_rest(it: EventRun, kind: int) -> None:
     at = begin(it, event_run.RESTING)
     mark(it, kind)
     note(it, it.t)
-    note(it, LOWEST * (1.0 + largest(it.y, it.n_q)))
     note_all(it, it.start, it.n_y)
     note_all(it, it.y, it.n_y)
     for k in range(it.contacts):
         if it.taking[k] != 0:
             mark(it, k)
     end(it, at)
-
-
-@compiled
-def quiet(it: EventRun, contacts: Contacts) -> None:
-    """Bring all closed contacts that bounce no higher than `LOWEST` to rest."""
-    found, low = 0, LOWEST * (1.0 + largest(it.y, it.n_q))
-    for k in range(it.contacts):
-        v, a = normal_speed(it, k), -it.c[it.first[k]]
-        bounces = it.closed[k] != 0 and a > 0.0 and abs(v) > it.still and v * v / (2.0 * a) < low
-        it.taking[k] = 1 if bounces else 0
-        found += it.taking[k]
-    if found > 0:
-        take_away(it, contacts)
-        copy(it.y, it.start, it.n_y)
-        log_rest(it, event_run.QUIET)
-        it.bounces = 0
 
 
 @compiled

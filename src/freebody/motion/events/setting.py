@@ -41,12 +41,15 @@ def band_of(it: EventRun, k: int) -> float:
     """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
 
     An open gap that leaves zero changes sign by its round-off, before it is open. The flight is one so low that
-    bounces are summed there (`bounces`), and does not notice that it lands lower by it.
+    bounces are summed there (`bounces`), and does not notice that it lands lower by it. A contact that is deep and not
+    closed is behind its sides, and closes at 0 once it has come around them.
     """
     size, gap, v = 1.0 + largest(it.y, it.n_q), it.gap[k], it.rate[it.first[k]]
     low = LOW * size
+    if gap < -it.near and (it.compliant[k] != 0 or it.closed[k] == 0):
+        return 0.0
     if it.compliant[k] != 0:
-        return 0.0 if gap < -it.near else lesser(gap, 0.0)
+        return lesser(gap, 0.0)
     leaves = (
         it.mode[k] == laws.OPEN and gap <= low and v >= -it.still and v * it.flight[k] <= 2.0 * SUMMED * size
     )
@@ -164,27 +167,23 @@ def normalise(it: EventRun) -> None:
 
 
 @compiled
-def find_flights(it: EventRun) -> int:
+def find_flights(it: EventRun) -> None:
     """Set ``flight``, the time to the highest point, of open contacts that leave a surface and return to it at once.
 
-    Of others it is 0. Set ``taking`` for flights lower than the round-off of their gap; return their number.
+    Of others it is 0.
     """
-    low, leaving, unseen = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
+    leaving = 0
     for k in range(it.contacts):
         leaves = it.mode[k] == laws.OPEN and abs(it.gap[k]) <= it.near and it.rate[it.first[k]] > it.still
-        it.taking[k], it.flight[k] = 0, 1.0 if leaves else 0.0
+        it.flight[k] = 1.0 if leaves else 0.0
         leaving += 1 if leaves else 0
     if leaving == 0:
-        return 0
+        return
     it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
         if it.flight[k] != 0.0:
             v, a = it.rate[it.first[k]], -it.speeds[it.first[k]]
             it.flight[k] = v / a if a > 0.0 else 0.0
-            if a > 0.0 and v * v / (2.0 * a) < low and it.compliant[k] == 0:
-                it.taking[k] = 1
-                unseen += 1
-    return unseen
 
 
 @compiled

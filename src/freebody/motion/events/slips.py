@@ -261,7 +261,9 @@ def fading(it: EventRun) -> int:
 
 @compiled
 def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
-    """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted.
+    """Cancel the slip of the contacts ``stopped``; those that stick, and are closed, stay so.
+
+    With ``keep`` 1 the work is not counted.
 
     Slips along tangents at a dead centre go on: what stops them there would stop all that moves.
     """
@@ -269,7 +271,7 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN and it.held[k] == 0:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
-        if it.stopped[k] != 0 or (it.mode[k] == laws.STICK and stops_beside(it, k) != 0):
+        if it.stopped[k] != 0 or it.mode[k] == laws.STICK:
             for j in range(1, 1 + it.tangents[k]):
                 if is_dead_centre(it, k, it.first[k] + j) == 0:
                     count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
@@ -329,16 +331,6 @@ def turned_over(it: EventRun) -> int:
         ):
             return 1
     return 0
-
-
-@compiled
-def stops_beside(it: EventRun, k: int) -> int:
-    """Return 1 if the slip, rolling or spinning of the same contact stops, else 0."""
-    own, found = it.presser[k] if it.presser[k] >= 0 else k, 0
-    for r in range(it.contacts):
-        if it.stopped[r] != 0 and (r == own or it.presser[r] == own):
-            found = 1
-    return found
 
 
 @compiled

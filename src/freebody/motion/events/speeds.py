@@ -2,9 +2,10 @@
 
     u⁺ = u + h M⁻¹ f + M⁻¹ Wᵀ Λ,    0 <= Λ_N  ⟂  v_N⁺ >= 0,    -Λ_T in μ Λ_N Sgn(v_T⁺)
 
+M, f and W are those of the position halfway, so that a contact that stays closed as it turns does no work by N.
 Where several contacts come to rest and begin to slip within less than a microsecond, the directions of slip follow each
 other faster than events tell, and no nudge along directions of the accelerations is possible. This problem decides for
-all of them, and always has a solution. It is of first order in h.
+all of them, and always has a solution. It is of first order in h where slips begin and end.
 
 Source: J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988).
 """
@@ -29,6 +30,7 @@ from .moment import (
     is_smooth,
     largest,
     look,
+    pull,
     size_of,
     slip_speed,
 )
@@ -55,22 +57,24 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             return 0
+    copy(it.y, it.start, it.n_y)
+    copy(it.gap, it.apart, it.contacts)
+    copy(it.rate, it.speeds, it.rows)
+    look_halfway(it, length)
     gather(it, contacts, 1, length)
     for a in range(contacts.rows):
         contacts.given[a] += length * it.c[it.list[a]]
     run_by(it.finding, contacts)
     if not contacts.residual <= ACCEPTED:
+        look(it)
         return 0
-    copy(it.y, it.start, it.n_y)
-    copy(it.gap, it.apart, it.contacts)
-    copy(it.rate, it.speeds, it.rows)
-    copy(it.y, it.trial, it.n_y)
     for i in range(n):
         change = length * it.free[i]
         for a in range(contacts.rows):
             change += contacts.forces[a] * it.X[it.list[a] * n + i]
         it.step[i] = change
         it.trial[n_q + i] += change / 2.0
+    it.t = begun + length / 2.0
     evaluated(it.t, it.trial, machine)
     work = length * machine.load[0]
     if machine.driven != 0:
@@ -95,6 +99,22 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def look_halfway(it: EventRun, length: float) -> None:
+    """Look at the contacts in the position after half of a step, ``trial``, with the speeds that they have now."""
+    machine, state = PhaseData(it.looking), it.trial
+    evaluated(it.t, it.y, machine)
+    copy(it.y, state, it.n_y)
+    for i in range(it.n_q):
+        state[i] += length * machine.q_dot[i] / 2.0
+    it.looked(it.t + length / 2.0, state, it.looking, it.seen)
+    copy(it.speeds, it.rate, it.rows)
+    for k in range(it.contacts):
+        if it.adhering[k] != 0:
+            it.adhering[k] = 0
+            pull(it, k, 1)
 
 
 @compiled

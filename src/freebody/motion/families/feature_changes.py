@@ -43,10 +43,10 @@ SUNK = 1e-4
 BAND, AWAY = 2.0 * BESIDE, 4.0
 """Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
 at which any place leaves."""
-CROSSES = 2
-"""Mark of a crossing that stays."""
-SAME = 4.0 * ALONG
-"""Distance of two points, relative to the size, up to which they are one."""
+CROSSES, ALTERNATES = 2, 3
+"""Marks of a crossing that stays, and of a place that has come back at one moment."""
+SAME, LEAST = 4.0 * ALONG, 1e-15
+"""Distance of two points, relative to the size, up to which they are one; difference of gaps that are one."""
 
 
 @record
@@ -56,7 +56,7 @@ class Followed(Record):
     ``first``, ``second``    members of each pair;  ``limit``: greatest gap that counts
     ``used``                 number of its places that have features, -1 while the pair is apart
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
-    ``tied``                 1 for a place that is kept at a tie, `CROSSES` for a crossing that stays
+    ``tied``                 1 for a place that is kept at a tie, or `CROSSES` or `ALTERNATES`
     ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
     ``result``               approach and kept;  ``normal``, ``point``, ``part``: of a place, and where on its edges
     ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
@@ -152,7 +152,7 @@ def holds(it: Followed, p: int, k: int) -> int:
     if among(one, patch.features, patch.count) == 1:
         return 1
     for point in range(patch.count):
-        if is_point(it, one, point) == 1:
+        if is_point(it, at, point) == 1:
             return 1
     gap = gap_of(it, one)
     if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
@@ -165,22 +165,31 @@ def holds(it: Followed, p: int, k: int) -> int:
 def met_by_others(it: Followed, p: int, k: int) -> int:
     """Return 1 if a place with other features is at a point of the patch that has been measured, else 0."""
     for j in range(it.used[p]):
-        if is_point(it, it.features[4 * (it.most * p + j) :], k) == 1:
+        if is_point(it, it.most * p + j, k) == 1:
             return 1
     return 0
 
 
 @compiled
-def is_point(it: Followed, one: Integers, k: int) -> int:
-    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0."""
-    of = it.families
-    if not of.one.radius + of.other.radius > 0.0:
+def is_point(it: Followed, at: int, k: int) -> int:
+    """Return 1 if a place of round solids is at a point of the patch that has been measured, else 0.
+
+    So is one whose features alternate with those of the point while both have one gap. Edges of cores that are nearly
+    parallel cross to the square root of round-off, so that of round solids it may be anywhere.
+    """
+    of, one, near = it.families, it.features[4 * at :], SAME
+    round_pair = of.one.radius + of.other.radius > 0.0
+    if it.tied[at] == ALTERNATES and abs(gap_of(it, one) - of.patch.points[k, 6]) <= LEAST * of.patch.extent:
+        if round_pair:
+            return 1
+        near = BAND
+    elif not round_pair:
         return 0
     set_point(it, one)
     square = 0.0
     for j in range(3):
         square += (of.patch.points[k, j] - it.point[j]) * (of.patch.points[k, j] - it.point[j])
-    return 1 if root(square) <= SAME * of.patch.extent else 0
+    return 1 if root(square) <= near * of.patch.extent else 0
 
 
 @compiled
@@ -306,7 +315,7 @@ def set_point(it: Followed, one: Integers) -> None:
         )
         for k in range(3):
             x, y = p[k] + part[0] * (q[k] - p[k]), r[k] + part[1] * (s[k] - r[k])
-            it.point[k] = y + shift * (x - y) / length
+            it.point[k] = y + (shift * (x - y) / length if length != 0.0 else 0.0)
 
 
 @compiled
