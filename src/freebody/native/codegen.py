@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import os
-import re
 from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
@@ -21,10 +20,8 @@ OPTIMISATION = 1
 LONG = 1 << 24
 """Length in characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
-WARM, COLD = '"warm"', '"cold"'
-"""Attributes of functions of a "hot" module that get few passes, and few passes and plain instructions."""
-HEATS = COLD, WARM, ""
-"""Attributes of functions by their `functions.Compiled.heat`."""
+COLD = "optnone"
+"""Attribute of a function that LLVM's passes leave as it is."""
 
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
@@ -104,10 +101,10 @@ def optimised_code(
     calls.
 
     ``passes`` "all" are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code
-    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives few
-    passes to all functions. Those without `WARM` and `COLD` among their attributes then get all, and the instructions
-    of `COLD` ones are chosen one by one, in half the time. "none" are plain instructions for what runs rarely, in a
-    tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation only doubles its time.
+    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives all
+    passes to the functions without `COLD` among their attributes, and a few to the others. "none" are plain
+    instructions for what runs rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation
+    only doubles its time.
     """
     initialize()
     machine = _machine(0 if passes == "none" else OPTIMISATION, name=name)
@@ -116,16 +113,12 @@ def optimised_code(
     if wide:
         options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
     builder = llvm.create_pass_builder(machine, options)
-    if passes in ("few", "hot"):
-        _few_passes().run(module, builder)
-    if passes == "hot":
-        for function in module.functions:
-            if any(x.encode() in attributes for attributes in function.attributes for x in (WARM, COLD)):
-                function.add_function_attribute("optnone")  # LLVM's passes leave it as it is from here on
     if passes != "few":
         builder.getModulePassManager().run(module, builder)
     if passes == "hot":
-        module = _parsed(re.sub(rf" optnone( [^}}\n]*{WARM})", r"\1", str(module)), name)
+        module = _parsed(str(module).replace(f" {COLD}", ""), name)
+    if passes in ("few", "hot"):
+        _few_passes().run(module, builder)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions
     return machine.emit_object(module), sorted(set(LIBRARY).intersection(called))

@@ -56,8 +56,8 @@ def is_wide(annotation: Any) -> bool:
 class Compiled:
     """A function to be translated, with the types of its annotations."""
 
-    heat = 0
-    """2 if a loop spends most of its time here (`instructions.hot`), 1 if some (`instructions.warm`)."""
+    hot = False
+    """True if a loop spends most of its time here (`instructions.hot`)."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function

@@ -1,7 +1,6 @@
 """Instructions of the compiled language: calls by address, pointers and mathematical functions.
 
     @compiled                              a function to be translated (`translation`)
-    @hot, @warm                            how much of a loop's time it takes
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     run_by(address, record)                f(&record)
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
@@ -57,15 +56,7 @@ def hot(function: Compiled) -> Compiled:
     """Mark a compiled function in which a loop spends much of its time: it gets all of LLVM's passes where the others
     get a few (`codegen.optimised_code`).
     """
-    function.heat = 2
-    return function
-
-
-def warm(function: Compiled) -> Compiled:
-    """Mark a compiled function in which a loop spends some of its time: from the few passes that it gets, as others do,
-    LLVM makes its code with all care.
-    """
-    function.heat = 1
+    function.hot = True
     return function
 
 

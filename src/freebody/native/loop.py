@@ -176,7 +176,7 @@ def _compiled(
 
     chosen, passes = {name: space[name] for name in names}, getattr(space, "passes", passes)
     text = translated(
-        {f"loop_{name}": f for name, f in chosen.items()}, lanes, codegen.HEATS if passes == "hot" else ()
+        {f"loop_{name}": f for name, f in chosen.items()}, lanes, codegen.COLD if passes == "hot" else ""
     )
     code, needed = codegen.optimised_code(text, passes=passes, wide=lanes > 1)
     functions = {

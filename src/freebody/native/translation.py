@@ -35,15 +35,16 @@ from .record_access import RecordPointer
 from .statements import Body
 
 
-def translated(functions: Mapping[str, Compiled], lanes: int = 1, heats: Sequence[str] = ()) -> str:
+def translated(functions: Mapping[str, Compiled], lanes: int = 1, cold: str = "") -> str:
     """LLVM text of functions under these names, and of all functions that they call, for so many lanes.
 
-    ``heats`` are attributes for functions by their `Compiled.heat`.
+    ``cold`` is an attribute for all that are not `instructions.hot`.
     """
     with no_collection():
         unit = _unit(functions, lanes)
-        for compiled, function in unit.defined if heats else ():
-            function.attributes |= {heats[compiled.heat]} - {""}
+        for compiled, function in unit.defined if cold else ():
+            if not compiled.hot:
+                function.attributes.add(cold)
         return str(unit.module)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, hot, inlined, warm
+from ...native.instructions import Reals, compiled, hot, inlined
 from .contact_problem import Blocks
 
 BODY = 6
@@ -88,6 +88,7 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
         k += n
 
 
+@hot
 @compiled
 def wipe(blocks: Blocks, r: int, v: Reals) -> None:
     """Set the speeds of the blocks of row r to zero."""
@@ -96,7 +97,6 @@ def wipe(blocks: Blocks, r: int, v: Reals) -> None:
             v[i] = 0.0
 
 
-@warm
 @compiled
 def magnitude(blocks: Blocks, r: int, W: Reals, u: Reals, v: Reals) -> float:
     """Return Σ |W_ri (u + v)_i|."""

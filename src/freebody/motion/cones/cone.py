@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root, warm
+from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
 from .block_rows import add, along
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
@@ -76,6 +76,7 @@ def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
         project(problem, a, y, x)
 
 
+@hot
 @compiled
 def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
     """Set G to ∂P/∂y H, both stored as the rows of the problem. The rows of a contact cover the same blocks."""
@@ -103,7 +104,7 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
                 )
 
 
-@warm
+@hot
 @compiled
 def add_all(problem: ContactProblem) -> None:
     """Set v to Σ X x."""
@@ -120,6 +121,7 @@ def rate(problem: ContactProblem, a: int) -> float:
     return problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
 
 
+@hot
 @compiled
 def residual(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws at v, relative to the reference; set the rates r."""
@@ -130,7 +132,7 @@ def residual(problem: ContactProblem) -> float:
     return violation(problem)
 
 
-@warm
+@hot
 @compiled
 def violation(problem: ContactProblem) -> float:
     """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
@@ -188,7 +190,7 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
                 slope[i + m] = other - p * (dz - f * along_e) - f * normal
 
 
-@warm
+@hot
 @compiled
 def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, hot, lesser, root, warm
+from ...native.instructions import compiled, hot, lesser, root
 from .block_rows import add, along, dot, wipe
 from .cone import add_all, rate, residual
 from .contact_problem import DEPENDENT, NORMAL, ContactProblem, Dense
@@ -60,6 +60,7 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
     return residual(problem)
 
 
+@hot
 @compiled
 def begin(problem: ContactProblem, dense: Dense) -> int:
     """Hold the rows with x > 0 that press together; return their number. Let all others have x = low."""
@@ -87,7 +88,6 @@ def begin(problem: ContactProblem, dense: Dense) -> int:
     return n
 
 
-@warm
 @compiled
 def shut(problem: ContactProblem, dense: Dense, n: int) -> int:
     """Set d to the impulses that take their rates r from the n rows that are held; return the number of pulls."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot, warm
+from ...native.instructions import Integers, Reals, compiled, hot
 from .block_rows import block_add, block_add_three
 from .contact_problem import NORMAL, SECOND, Blocks, ContactProblem, Newton
 
 
-@warm
 @compiled
 def pivot(a: Reals, n: int, k: int, end: int) -> int:
     """Return the row of the greatest entry of column k, from row k to row ``end`` - 1; -1 if that is no pivot."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, lesser, warm
+from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
@@ -102,7 +102,6 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
     return problem.residual
 
 
-@warm
 @compiled
 def root_of(islands: Islands, b: int) -> int:
     """Return the first block of the island of a block."""
@@ -112,7 +111,6 @@ def root_of(islands: Islands, b: int) -> int:
     return b
 
 
-@warm
 @compiled
 def connect(problem: ContactProblem, islands: Islands) -> None:
     """Join the blocks that rows share, and list the rows of each block."""
@@ -141,7 +139,6 @@ def connect(problem: ContactProblem, islands: Islands) -> None:
                 islands.parent[one] = other
 
 
-@warm
 @compiled
 def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
     """Return the first block of the island of a row; -1 if the row moves nothing."""
@@ -149,7 +146,6 @@ def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
     return -1 if blocks.first[r + 1] == blocks.first[r] else root_of(islands, blocks.pieces[blocks.first[r]])
 
 
-@warm
 @compiled
 def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, speeds: int) -> int:
     """Write an island as a problem of its own; return 0 if it has more rows or speeds."""
@@ -185,7 +181,6 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
     return 1
 
 
-@warm
 @compiled
 def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
     """Number the blocks of an island so that those that share a row stand near each other.
@@ -199,7 +194,7 @@ def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
         walk(problem, islands, start)
 
 
-@warm
+@hot
 @compiled
 def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
     """Number the blocks of an island from ``start`` on in breadth; return the last one."""

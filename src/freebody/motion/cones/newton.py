@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, greater, root
+from ...native.instructions import Integers, Reals, compiled, greater, hot, root
 from .block_rows import add, along, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
@@ -190,6 +190,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
     return most
 
 
+@hot
 @compiled
 def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial) -> float:
     """Set y - r/ε, λ and F(v); return |F|."""

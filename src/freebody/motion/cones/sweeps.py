@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater, hot, root, warm
+from ...native.instructions import compiled, greater, hot, root
 from .block_rows import add, dot
 from .cone import add_all, bound, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
@@ -150,7 +150,6 @@ def resist(problem: ContactProblem, a: int) -> float:
     return worst
 
 
-@warm
 @compiled
 def moved(problem: ContactProblem, a: int, impulse: float) -> float:
     """Set the impulse of a row; return the change of its rate."""
@@ -297,7 +296,7 @@ def remember(problem: ContactProblem, memory: Sweeping) -> None:
         memory.pairs += 1
 
 
-@warm
+@hot
 @compiled
 def mix(problem: ContactProblem, memory: Sweeping) -> None:
     """Replace x by the combination of the last differences of g in which |f| is least."""

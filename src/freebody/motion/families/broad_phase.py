@@ -8,12 +8,11 @@ Source: J. D. Cohen, M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, Proc. Symp
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, hot, lesser, root, warm
+from ...native.instructions import Reals, compiled, greater, lesser, root
 from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, Families, Members
 from .patches import lay_core
 
 
-@warm
 @compiled
 def place(pose: Reals, at: Reals, result: Reals) -> None:
     """Set the place in ground axes of a place in a link."""
@@ -21,7 +20,6 @@ def place(pose: Reals, at: Reals, result: Reals) -> None:
         result[i] = pose[9 + i] + pose[3 * i] * at[0] + pose[3 * i + 1] * at[1] + pose[3 * i + 2] * at[2]
 
 
-@warm
 @compiled
 def bounds(of: Families, margin: float) -> None:
     """Set the bounds of all bounded members, with a margin between two of them."""
@@ -64,7 +62,6 @@ def extend(members: Members, k: int, pose: Reals, sizes: Reals, margin: float) -
         lower[i] -= extent + 0.5 * margin
 
 
-@warm
 @compiled
 def choose_axis(members: Members) -> None:
     """Set the axis along which the middles of the bounded members vary most."""
@@ -94,7 +91,6 @@ def sort(members: Members) -> None:
         order[a] = k
 
 
-@hot
 @compiled
 def overlap(members: Members, i: int, j: int) -> int:
     """Return 1 if the bounds of two members overlap along the two axes that are not sorted."""

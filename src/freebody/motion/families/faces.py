@@ -9,7 +9,7 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, hot, root, warm
+from ...native.instructions import Integers, Reals, compiled, root
 from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
@@ -24,14 +24,12 @@ CORNER, FACE, NOWHERE = -1, -2, -3
 deepest corner has no features."""
 
 
-@hot
 @compiled
 def along(n: Reals, x: Reals) -> float:
     """Return n·x."""
     return n[0] * x[0] + n[1] * x[1] + n[2] * x[2]
 
 
-@hot
 @compiled
 def face_normal(core: Core, face: Integers, n: Reals) -> None:
     """Set the outward unit normal of a face, whose corners are given."""
@@ -65,7 +63,6 @@ def meet_edge(met: Integers, at: int, one: int, other: int) -> None:
         met[at], met[at + 1] = other, one
 
 
-@warm
 @compiled
 def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> None:
     """Set the points of the other core over the face of a core that is nearest to it."""
@@ -114,7 +111,6 @@ def deepest(of: Families, core: Core, other: Core, height: float, limit: float, 
         add_point(patch, patch.trial, gap, sign)
 
 
-@warm
 @compiled
 def meet_features(of: Families, core: Core, other: Core, before: int, v: int, sign: float) -> None:
     """Write the features that meet at a corner of the polygon: of the first core, then of the second one."""
@@ -175,7 +171,6 @@ def towards(of: Families, core: Core, patch: Patch) -> int:
     return count
 
 
-@hot
 @compiled
 def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
     """Cut the polygon at the plane through p at right angles to m, which points out of it; return what is left.

@@ -8,7 +8,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, inlined, room, warm
+from ...native.instructions import Reals, call, compiled, greater, hot, inlined, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import FAR
@@ -19,7 +19,6 @@ P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
 
 
-@hot
 @compiled
 def seek(of: Families, t: float, y: Reals, limit: float) -> None:
     """Find the pairs whose gaps are at most ``limit`` at a state, or that stay closed.
@@ -67,7 +66,6 @@ def joined(members: Members, a: int, b: int) -> int:
     return 0
 
 
-@warm
 @compiled
 def of_one_side(of: Families, i: int, j: int) -> int:
     """Return 1 if two members of a family stand on one body, or in one group that does not touch itself."""
@@ -125,7 +123,6 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         pairs.touch[slot, n] = found[n]
 
 
-@hot
 @compiled
 def place_in_past(pairs: Pairs, number: int) -> int:
     """Return the place of the first point of a pair among those that pressed in the last step, -1 if there is none."""
@@ -146,7 +143,6 @@ def stays(pairs: Pairs, number: int) -> int:
     return pairs.stays[p] if p >= 0 else 0
 
 
-@warm
 @compiled
 def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
@@ -166,7 +162,6 @@ def spread(of: Families, first: int, second: int, number: int, limit: float) -> 
                     pairs.touch[slot, n] = found[n]
 
 
-@warm
 @compiled
 def turn(found: Reals, up: Reals) -> None:
     """Set the tangents to the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
@@ -182,7 +177,6 @@ def turn(found: Reals, up: Reals) -> None:
     found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -s * (x * y * share), s * (1.0 - y * y * share), -y
 
 
-@warm
 @compiled
 def arrange(pairs: Pairs) -> None:
     """Sort the pairs by their ids (Shell's method)."""
@@ -204,7 +198,6 @@ def arrange(pairs: Pairs) -> None:
 # -- rows ------------------------------------------------------------------------------------------------
 
 
-@hot
 @compiled
 def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end."""
@@ -243,7 +236,6 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
     return r
 
 
-@hot
 @compiled
 def place_of_axis(of: Families, f: int, k: int) -> int:
     """Return the place in a touch of the axis of row k of a pair; -1 for the axis of a plane of motion."""
@@ -263,7 +255,6 @@ def axis(of: Families, slot: int, k: int) -> Reals:
     return of.laws.axis[3 * f :] if place < 0 else touch[place:]
 
 
-@warm
 @compiled
 def row_rate(of: Families, slot: int, k: int) -> float:
     """Return the rate of row k of a pair: the velocity, or the angular velocity, along its axis."""
@@ -283,7 +274,6 @@ def turning(links: Links, link: int, e: Reals) -> float:
     return total
 
 
-@hot
 @compiled
 def press(
     links: Links, blocks: Blocks, r: int, link: int, point: Reals, e: Reals, sign: float, W: Reals
@@ -317,7 +307,6 @@ def start_of(links: Links, blocks: Blocks, r: int, link: int) -> int:
     return start - blocks.starts[b]
 
 
-@warm
 @compiled
 def twist(links: Links, blocks: Blocks, r: int, link: int, e: Reals, sign: float, W: Reals) -> None:
     """Add to row r the generalized force of a moment e on a link."""
@@ -344,7 +333,6 @@ def rate(of: Families, slot: int, e: Reals) -> float:
     )
 
 
-@hot
 @compiled
 def along(links: Links, link: int, point: Reals, e: Reals) -> float:
     """Return the velocity along e of the point of a link that is at a place now."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root, warm
+from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root
 from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
 from .family_record import Core, Families, Patch
 
@@ -21,7 +21,6 @@ def least(core: Core, n: Reals) -> float:
     return result
 
 
-@warm
 @compiled
 def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
     """Set the nearest points (3 each) of the segments pq and rs; return the square of their distance.
@@ -105,7 +104,6 @@ def nearest_edges(of: Families, a: Core, b: Core, patch: Patch) -> float:
     return root(best)
 
 
-@warm
 @compiled
 def nearest_pair(of: Families, a: Core, b: Core, parallel: int, limit: float, patch: Patch) -> float:
     """Set the nearest points of the edges within a limit, of all or of the ``parallel`` ones; return their square."""

@@ -16,7 +16,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, hot, lesser, root, warm
+from ...native.instructions import compiled, greater, lesser, root
 from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
 from .family_record import POSE, Core, Families, Patch
 from .nearest import (
@@ -34,7 +34,6 @@ from .nearest import (
 )
 
 
-@hot
 @compiled
 def lay_core(of: Families, core: Core, k: int) -> None:
     """Set the corners of a member in ground axes."""
@@ -54,7 +53,6 @@ def lay_core(of: Families, core: Core, k: int) -> None:
             core.middle[j] += core.corners[3 * v + j] / core.count
 
 
-@warm
 @compiled
 def by_faces(of: Families, core: Core, other: Core, which: int, patch: Patch) -> None:
     """Try the face normals of a core, which point from it to the other one.
@@ -75,7 +73,6 @@ def by_faces(of: Families, core: Core, other: Core, which: int, patch: Patch) ->
                 patch.normal[j] = n[j]
 
 
-@hot
 @compiled
 def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     """Try the normals across an edge of each core, from the first one to the second.
@@ -202,7 +199,6 @@ def almost_flat(of: Families, wall: int, limit: float) -> int:
     return 0
 
 
-@warm
 @compiled
 def over_plane(of: Families, plane: int, limit: float) -> float:
     """Return the gap of the first core over a plane, and set its corners with gaps up to ``limit``."""

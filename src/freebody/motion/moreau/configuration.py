@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, inlined, root, warm
+from ...native.instructions import Reals, compiled, inlined, root
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
@@ -130,7 +130,6 @@ def adhesion_of(run: Run, c: int) -> float:
     return run.families.laws.adhesion[family_of(run, run.families.pairs.slots[c])]
 
 
-@warm
 @compiled
 def normalize(machine: Machine, y: Reals) -> None:
     """Divide each quaternion of a state by its norm."""
@@ -141,7 +140,6 @@ def normalize(machine: Machine, y: Reals) -> None:
             q[j] /= length
 
 
-@warm
 @compiled
 def put_speeds(machine: Machine, y: Reals, u: Reals) -> None:
     """Write speeds in block order into a state."""

@@ -30,7 +30,7 @@ Engrg. 174 (1999) 165-174.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, root, warm
+from ...native.instructions import Reals, compiled, greater, inlined, root
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, NORMAL, SECOND, Blocks, ContactProblem
 from ..cones.islands import Islands, connect
@@ -45,7 +45,6 @@ def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
     return T, 0.0 if stays == OPENS else a
 
 
-@warm
 @compiled
 def set_turns(run: Run, islands: Islands) -> None:
     """Set a of all rows, of which `turned` is known and X has been computed."""

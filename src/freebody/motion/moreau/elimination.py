@@ -12,7 +12,7 @@ Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, hot, root, warm
+from ...native.instructions import Reals, compiled, hot, root
 from ..cones.block_rows import along
 from .stepping_record import Elimination
 
@@ -87,7 +87,6 @@ def block_back(of: Elimination, b: int, p: Reals, x: Reals) -> None:
     back(of.L[blocks.squares[b] :], blocks.starts[b + 1] - blocks.starts[b], of.band[b], p, x)
 
 
-@warm
 @compiled
 def answer_block(of: Elimination, b: int, p: Reals, x: Reals) -> None:
     """Set x = (M_b - D_b)⁻¹ p for the numbers of one block (`spin`)."""
@@ -130,7 +129,6 @@ def meet(of: Elimination, W: Reals, rates: Reals, count: int, v: Reals, lam: Rea
             v[k] += lam[i] * K[k]
 
 
-@warm
 @compiled
 def answer(of: Elimination, r: int, W: Reals, X: Reals, sigma: Reals, count: int) -> None:
     """Write X_r = M⁻¹ (W_r - σ_r G)ᵀ and σ_r for the first ``count`` constraints.

@@ -13,7 +13,7 @@ energy alone. What else the link carries changes neither.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, inlined, warm
+from ...native.instructions import Reals, compiled, inlined
 from .stepping_record import Machine, Run
 
 
@@ -64,7 +64,6 @@ def turning(machine: Machine, k: int, u: Reals) -> tuple[float, float, float]:
     return w[1] * z - w[2] * y, w[2] * x - w[0] * z, w[0] * y - w[1] * x
 
 
-@warm
 @compiled
 def add_turning(run: Run, u: Reals, f: Reals) -> None:
     """Add M S(u) to the loads f."""

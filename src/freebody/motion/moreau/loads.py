@@ -10,7 +10,7 @@ Source: J. Barzilai, J. M. Borwein, IMA J. Numer. Anal. 8 (1988) 141-148 (r).
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, root, warm
+from ...native.instructions import compiled, greater, lesser, root
 from ..cones.block_rows import dot
 from .configuration import answers
 from .elimination import block_back
@@ -52,7 +52,6 @@ def spun(run: Run) -> int:
     return 1
 
 
-@warm
 @compiled
 def size_of_motion(run: Run) -> float:
     """Return u·M u + p·M⁻¹ p."""

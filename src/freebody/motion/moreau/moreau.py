@@ -36,7 +36,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater, lesser, warm
+from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
 from ..cones.collision import HALVINGS
 from ..cones.cone import bound
@@ -261,7 +261,6 @@ def free_velocity(run: Run) -> None:
     meet(run.elimination, run.W, run.constraint_rates, run.constraints, run.free, run.lam)
 
 
-@warm
 @compiled
 def contact_rates(run: Run, trials: int) -> None:
     """Set the rates b = W u_free + w, those of normals plus e v_N⁻; at the first trial choose e and the reference.
@@ -374,7 +373,6 @@ def advance(run: Run, t: float) -> None:
                 z[i] = y[i] + 0.5 * h * (run.first_rate[i] + run.rate[i])
 
 
-@warm
 @compiled
 def accept(run: Run) -> None:
     """Take the step to z."""

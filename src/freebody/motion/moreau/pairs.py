@@ -6,7 +6,7 @@ numbers of the pairs, which are in ascending order then and now.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, warm
+from ...native.instructions import Reals, compiled, greater, inlined
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import ENTRY, POINTS, RESISTED, Pairs
 from ..families.narrow_phase import P, Q, T, axis, place_in_past, rate, row_rate, rows, seek, stays
@@ -53,7 +53,6 @@ def begin_closed(run: Run, t: float, near: float) -> None:
             pairs.last[p, 2 * k] = row_rate(run.families, slot, k)
 
 
-@warm
 @compiled
 def close_pairs(run: Run, friction: int) -> None:
     """Add the rows of the closed pairs to the problem; tangent rows only if ``friction`` is not 0."""
@@ -119,7 +118,6 @@ def pressed(pairs: Pairs, c: int) -> int:
     return 1 if place_in_past(pairs, pairs.ids[c] // POINTS) >= 0 else 0
 
 
-@warm
 @compiled
 def begin_pairs(run: Run) -> None:
     """Set the rates of the pairs at the beginning of the step, and the guess of their impulses."""

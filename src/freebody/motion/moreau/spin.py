@@ -13,7 +13,7 @@ the dual method (`cones.dual`) needs answers that are symmetric.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, room, warm
+from ...native.instructions import Reals, compiled, room
 from ..cones.block_rows import BODY
 from ..cones.contact_problem import NORMAL, ContactProblem
 from .elimination import block_back
@@ -55,7 +55,6 @@ def has_friction(problem: ContactProblem) -> int:
     return 1
 
 
-@warm
 @compiled
 def turned_by(run: Run, k: int, b: int, w: Reals) -> int:
     """Set D and C of the free joint ``k``, which is block b and turns by ω; return 0 if they are left zero, else 1."""
@@ -84,7 +83,6 @@ def turned_by(run: Run, k: int, b: int, w: Reals) -> int:
     return some if some == 0 else closed(C)
 
 
-@warm
 @compiled
 def closed(C: Reals) -> int:
     """Replace c by c (1 - c_ω)⁻¹; return 0 where a step turns too far for that, else 1."""
