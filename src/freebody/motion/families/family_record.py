@@ -9,8 +9,8 @@ from typing import Annotated
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 
-POINTS = 4096
-"""More than the points of a patch."""
+POINTS = 1 << 20
+"""Numbers of the points of a patch."""
 POSE = 18
 """Length of a pose."""
 TOUCH = 18
@@ -120,7 +120,8 @@ class Pairs(Record):
 
     ``count``, ``most``    number of pairs, and the room for them; ``count`` beyond ``most``: it did not suffice
     ``first``, ``second``  members; ``touch``: geometry
-    ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
+    ``ids``                (first · members + second) · `POINTS` + number of the point (`narrow_phase.number`), in
+                           ascending order
     ``slots``              places of that order
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
                            ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)

@@ -8,10 +8,10 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, room
+from ...native.instructions import Integers, Reals, call, compiled, greater, hot, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
-from .faces import FAR
+from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
 from .patches import measure
 
@@ -144,7 +144,7 @@ def stays(pairs: Pairs, number: int) -> int:
 
 
 @compiled
-def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
+def spread(of: Families, first: int, second: int, both: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
     pairs, patch, found = of.pairs, of.patch, of.pairs.found
     if measure(of, first, second, limit) <= limit:
@@ -157,9 +157,27 @@ def spread(of: Families, first: int, second: int, number: int, limit: float) -> 
                     found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
                 turn(found, of.laws.up[3 * of.members.family[first] :])
                 pairs.first[slot], pairs.second[slot] = first, second
-                pairs.ids[slot], pairs.slots[slot] = number * POINTS + p, slot
+                pairs.ids[slot] = both * POINTS + number(of, first, second, patch.features[4 * p :])
+                pairs.slots[slot] = slot
                 for n in range(TOUCH):
                     pairs.touch[slot, n] = found[n]
+
+
+@compiled
+def number(of: Families, first: int, second: int, met: Integers) -> int:
+    """Return the number of a point by the features that meet there: it keeps it while others come and go.
+
+    Two pairs of edges of large solids may have the same number.
+    """
+    members = of.members
+    a, b = members.mesh[members.mesh_at[first]], members.mesh[members.mesh_at[second]]
+    if met[1] == CORNER:
+        return met[0]
+    if met[3] == CORNER:
+        return a + met[2]
+    if met[1] == NOWHERE:
+        return POINTS - 1
+    return a + b + (((met[0] * a + met[1]) * b + met[2]) * b + met[3]) % (POINTS - 1 - a - b)
 
 
 @compiled

@@ -132,7 +132,7 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    if solved(run, islands, depth) == 0:
+    if solved(run, islands, depth, 0) == 0:
         return OVERLAP
     connect(problem, islands)
     for b in range(problem.blocks.count):
@@ -205,16 +205,22 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
 
 
 @compiled
-def solved(run: Run, islands: Islands, depth: float) -> int:
-    """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0."""
-    problem = run.problem
+def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
+    """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0.
+
+    The impulses of all displacements that move z, ``moves`` 1, are those of one: a later one may take some back.
+    """
+    problem, borne = run.problem, run.borne
     problem.reference, k = TINY, 0
     for a in range(problem.count):
         while k < run.displacing and run.displaced[k] < number(run, a):
             k += 1
-        problem.x[a] = TINY if k < run.displacing and run.displaced[k] == number(run, a) else 0.0
+        known = k < run.displacing and run.displaced[k] == number(run, a)
+        borne[a] = run.displacements[k] if known else 0.0
+        problem.x[a] = TINY if known else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
+        problem.low[a] -= borne[a]
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
     crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
@@ -222,8 +228,9 @@ def solved(run: Run, islands: Islands, depth: float) -> int:
         return 0
     run.displacing = 0
     for a in range(problem.count):
-        if problem.x[a] > greater(problem.low[a], 0.0):
+        if problem.x[a] > problem.low[a]:
             run.displaced[run.displacing] = number(run, a)
+            run.displacements[run.displacing] = borne[a] + problem.x[a] if moves == 1 else borne[a]
             run.displacing += 1
     return 1
 
@@ -244,10 +251,11 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
     for a in range(problem.count):
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
-    if solved(run, islands, depth) == 0:
+    if solved(run, islands, depth, 1) == 0:
         return OVERLAP
     for a in range(problem.count):
-        if problem.low[a] < 0.0 and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
+        pulls = problem.low[a] + run.borne[a] < 0.0
+        if pulls and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
             hang(run, a)
     for i in range(machine.n):
         shift[i] += problem.v[i]

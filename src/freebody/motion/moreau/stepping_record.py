@@ -200,7 +200,8 @@ class Run(Record):
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
     ``displaced``          contacts that press in the last displacement of this correction, by ascending numbers
-                           (`correction.number`); their count is ``displacing``
+                           (`correction.number`), and ``displacements``, their impulses in all of them together; their
+                           count is ``displacing``;  ``borne``: those impulses of the rows of the next one
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -229,6 +230,8 @@ class Run(Record):
     elimination: Elimination
     displacing: Whole
     displaced: Annotated[Wholes, "most"]
+    displacements: Annotated[Row, "most"]
+    borne: Annotated[Row, "most"]
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads
