@@ -28,7 +28,7 @@ from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
 from .spin import leave_spins
-from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
+from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Displaced, Run
 
 DEEP = 1e-10
 CLOSINGS = 200
@@ -46,7 +46,6 @@ TINY = 1e-300
 def correct(run: Run, islands: Islands, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
     depth, error, moved, n = 0.0, math.inf, run.moved[run.done], run.machine.n_q + run.machine.n
-    run.displacing = 0
     for i in range(n):
         moved[i] = run.z[i]
     for k in range(CLOSINGS):
@@ -62,9 +61,11 @@ def correct(run: Run, islands: Islands, t: float) -> int:
         if failure == NONE and laid == 0:
             failure = lay(run, t, depth, run.holonomic)
         if failure == NONE:
-            failure = separate(run, islands, t, depth)
+            failure = separate(run, islands, t, depth, run.first if k == 0 else run.displaced)
         if failure != NONE:
             return failure
+        if k == 0:
+            remember(run.displaced, run.first)
     run.overlap = error
     if not error <= DEEP:
         return OVERLAP if math.isfinite(error) else NOT_FINITE
@@ -132,8 +133,9 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    if solved(run, islands, depth, 0) == 0:
+    if solved(run, islands, depth, run.slowed, 0) == 0:
         return OVERLAP
+    remember(run.displaced, run.slowed)
     connect(problem, islands)
     for b in range(problem.blocks.count):
         for k in range(3):
@@ -205,19 +207,18 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
 
 
 @compiled
-def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
-    """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0.
+def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: int) -> int:
+    """Solve 0 <= x ⟂ b + W Δ >= 0 from the contacts that are ``likely`` to press; return 1 on success, else 0.
 
     The impulses of all displacements that move z, ``moves`` 1, are those of one: a later one may take some back.
     """
-    problem, borne = run.problem, run.borne
-    problem.reference, k = TINY, 0
+    problem, borne, found, k = run.problem, run.borne, run.displaced, 0
+    problem.reference = TINY
     for a in range(problem.count):
-        while k < run.displacing and run.displaced[k] < number(run, a):
+        while k < likely.count and likely.numbers[k] < number(run, a):
             k += 1
-        known = k < run.displacing and run.displaced[k] == number(run, a)
-        borne[a] = run.displacements[k] if known else 0.0
-        problem.x[a] = TINY if known else 0.0
+        known = k < likely.count and likely.numbers[k] == number(run, a)
+        borne[a], problem.x[a] = likely.impulses[k] if known else 0.0, TINY if known else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
         problem.low[a] -= borne[a]
@@ -226,13 +227,22 @@ def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
     if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
-    run.displacing = 0
+    found.count = 0
     for a in range(problem.count):
+        problem.x[a] = 0.0 if problem.x[a] == TINY else problem.x[a]
         if problem.x[a] > problem.low[a]:
-            run.displaced[run.displacing] = number(run, a)
-            run.displacements[run.displacing] = borne[a] + problem.x[a] if moves == 1 else borne[a]
-            run.displacing += 1
+            found.numbers[found.count] = number(run, a)
+            found.impulses[found.count] = borne[a] + problem.x[a] if moves == 1 else 0.0
+            found.count += 1
     return 1
+
+
+@compiled
+def remember(found: Displaced, displaced: Displaced) -> None:
+    """Keep the contacts that press in a displacement for that of the next step, without impulses."""
+    displaced.count = found.count
+    for k in range(found.count):
+        displaced.numbers[k], displaced.impulses[k] = found.numbers[k], 0.0
 
 
 @compiled
@@ -243,7 +253,7 @@ def number(run: Run, a: int) -> int:
 
 
 @compiled
-def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
+def separate(run: Run, islands: Islands, t: float, depth: float, likely: Displaced) -> int:
     """Move z by one step, 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ), whose rows are laid."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
     for i in range(machine.n):
@@ -251,7 +261,7 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
     for a in range(problem.count):
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
-    if solved(run, islands, depth, 1) == 0:
+    if solved(run, islands, depth, likely, 1) == 0:
         return OVERLAP
     for a in range(problem.count):
         pulls = problem.low[a] + run.borne[a] < 0.0

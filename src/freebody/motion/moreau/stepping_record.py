@@ -185,6 +185,17 @@ class Bearings(Record):
 
 
 @record
+class Displaced(Record):
+    """Contacts that press in a displacement, by ascending numbers (`correction.number`), and their ``impulses`` in all
+    displacements of a correction together.
+    """
+
+    count: Whole
+    numbers: Annotated[Wholes, "most"]
+    impulses: Annotated[Row, "most"]
+
+
+@record
 class Run(Record):
     """A run in steps of length h from the state y at t.
 
@@ -199,9 +210,9 @@ class Run(Record):
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
-    ``displaced``          contacts that press in the last displacement of this correction, by ascending numbers
-                           (`correction.number`), and ``displacements``, their impulses in all of them together; their
-                           count is ``displacing``;  ``borne``: those impulses of the rows of the next one
+    ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
+                           `slow` and in the first displacement of the last correction
+    ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -228,9 +239,9 @@ class Run(Record):
     families: Families
     contacts: Contacts
     elimination: Elimination
-    displacing: Whole
-    displaced: Annotated[Wholes, "most"]
-    displacements: Annotated[Row, "most"]
+    displaced: Displaced
+    slowed: Displaced
+    first: Displaced
     borne: Annotated[Row, "most"]
     problem: ContactProblem
     sweeping: Sweeping
