@@ -63,6 +63,8 @@ class Members(Record):
                 corner of each face and the end, corners of the faces; number of edges, number of those that differ
                 in direction, which come first, and two corners of each. A plane has no corners; ``mesh_at``: first
     ``radius``  by which a solid is rounded
+    ``corners``, ``normals``, ``middles``    of the cores (`Core`) in this search: corners stand as in ``sizes``, normals
+                from ``normals_at`` on
     """
 
     count: Count
@@ -81,6 +83,10 @@ class Members(Record):
     mesh: Wholes
     mesh_at: Wholes
     radius: Row
+    corners: Row
+    normals: Row
+    normals_at: Wholes
+    middles: Annotated[Rows, "members", 3]
     bounded: Count
     order: Wholes
     unbounded: Count
@@ -147,13 +153,16 @@ class Pairs(Record):
 
 @record
 class Core(Record):
-    """The corners of a solid in ground axes, their middle, the radius around, and the place of its mesh."""
+    """The corners of a solid in ground axes, their middle, the normals of its faces, the radius around, and the place of
+    its mesh.
+    """
 
     count: Whole
     mesh: Whole
     radius: Real
     middle: Annotated[Row, 3]
     corners: Row
+    normals: Row
 
 
 @record

@@ -13,7 +13,7 @@ from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
-from .patches import measure
+from .patches import measure_cores, take_core
 
 P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
@@ -147,7 +147,10 @@ def stays(pairs: Pairs, number: int) -> int:
 def spread(of: Families, first: int, second: int, both: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
     pairs, patch, found = of.pairs, of.patch, of.pairs.found
-    if measure(of, first, second, limit) <= limit:
+    take_core(of, of.one, first)
+    if of.members.mesh[of.members.mesh_at[second]] > 0:
+        take_core(of, of.other, second)
+    if measure_cores(of, second, limit) <= limit:
         for p in range(patch.count):
             slot, point = pairs.count, patch.points[p]
             pairs.count += 1

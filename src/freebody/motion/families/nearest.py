@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root
-from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
+from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, meet_edge
 from .family_record import Core, Families, Patch
 
 PARALLEL = 1e-12
@@ -18,6 +18,18 @@ def least(core: Core, n: Reals) -> float:
     result, v = FAR, core.corners
     for k in range(core.count):
         result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+    return result
+
+
+@hot
+@compiled
+def least_beyond(core: Core, n: Reals, height: float, bar: float) -> float:
+    """Return the least n·v of the corners of a core, or one of them that is less than ``bar`` above a height."""
+    result, v = FAR, core.corners
+    for k in range(core.count):
+        result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+        if result - height < bar:
+            break
     return result
 
 
@@ -132,12 +144,11 @@ def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, pat
 
     Return 1 if so, else 0.
     """
-    mesh, n = of.members.mesh[core.mesh :], patch.trial
+    mesh, n = of.members.mesh[core.mesh :], core.normals[3 * patch.face :]
     face, count = (
         mesh[mesh[HEAD + patch.face] :],
         mesh[HEAD + patch.face + 1] - mesh[HEAD + patch.face],
     )
-    face_normal(core, face, n)
     height, inside = flat + along(n, core.corners[3 * face[0] :]) + ALONG * patch.extent, 0
     for v in range(other.count):
         w = other.corners[3 * v :]
@@ -156,10 +167,10 @@ def under_face(of: Families, core: Core, other: Core, wall: int, flat: float, pa
 
     Return 1 if so, else 0.
     """
-    mesh, n, room, found = of.members.mesh[other.mesh :], patch.trial, ALONG * patch.extent, 0
+    mesh, room, found = of.members.mesh[other.mesh :], ALONG * patch.extent, 0
     for f in range(mesh[1]):
         face, count = mesh[mesh[HEAD + f] :], mesh[HEAD + f + 1] - mesh[HEAD + f]
-        face_normal(other, face, n)
+        n = other.normals[3 * f :]
         height = least(core, n)
         if height - along(n, other.corners[3 * face[0] :]) >= flat - room:
             for v in range(core.count):
@@ -167,9 +178,9 @@ def under_face(of: Families, core: Core, other: Core, wall: int, flat: float, pa
                 if along(n, w) <= height + room and outside(other, face, count, n, w) <= room:
                     found = 1
     if found == 1:
-        mesh = of.members.mesh[core.mesh :]
-        face_normal(core, mesh[mesh[HEAD + patch.face] :], patch.normal)
-        patch.apart, patch.kind = flat, wall
+        patch.apart, patch.kind, n = flat, wall, core.normals[3 * patch.face :]
+        for k in range(3):
+            patch.normal[k] = n[k]
     return found
 
 
