@@ -9,7 +9,7 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, root
+from ...native.instructions import Integers, Reals, compiled, inlined, root
 from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
@@ -24,7 +24,7 @@ CORNER, FACE, NOWHERE = -1, -2, -3
 deepest corner has no features."""
 
 
-@compiled
+@inlined
 def along(n: Reals, x: Reals) -> float:
     """Return n·x."""
     return n[0] * x[0] + n[1] * x[1] + n[2] * x[2]

@@ -129,6 +129,9 @@ class Pairs(Record):
     ``ids``                (first · members + second) · `POINTS` + number of the point (`narrow_phase.number`), in
                            ascending order
     ``slots``              places of that order
+    ``apart``              gap of the members of each pair; ``crossed``: 1 if their patch is that of two edges
+    ``within``             limit up to which the pairs are there, in the order of their places, or -1 (`nearer`);
+                           ``again``: what that measures again
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
                            ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
@@ -140,6 +143,10 @@ class Pairs(Record):
     second: Annotated[Wholes, "pairs"]
     ids: Annotated[Wholes, "pairs"]
     slots: Annotated[Wholes, "pairs"]
+    apart: Annotated[Row, "pairs"]
+    crossed: Annotated[Wholes, "pairs"]
+    within: Real
+    again: Annotated[Wholes, "pairs"]
     touch: Annotated[Rows, "pairs", TOUCH]
     known: Whole
     past: Annotated[Wholes, "pairs"]

@@ -49,8 +49,9 @@ def correct(run: Run, islands: Islands, t: float) -> int:
     for i in range(n):
         moved[i] = run.z[i]
     for k in range(CLOSINGS):
-        depth = overlap(run, t)
-        error = depth
+        turn = k if k < 2 else 2
+        depth = overlap(run, t, run.expected[turn])
+        error, run.expected[turn] = depth, 2.0 * greater(CLOSED_GAP, depth)
         for i in range(run.holonomic):
             error = greater(error, abs(run.end.phi[i]))
         if error <= DEEP or not math.isfinite(error):
@@ -76,8 +77,8 @@ def correct(run: Run, islands: Islands, t: float) -> int:
 
 
 @compiled
-def overlap(run: Run, t: float) -> float:
-    """Evaluate gaps and φ at z; return the greatest depth."""
+def overlap(run: Run, t: float, near: float) -> float:
+    """Evaluate gaps and φ at z; return the greatest depth. Pairs are found up to ``near``."""
     depth = 0.0
     if run.machine.looped == 0:
         run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
@@ -88,7 +89,7 @@ def overlap(run: Run, t: float) -> float:
             run.contacts.kept[e] = OPENS
         if run.contacts.kept[e] > OPENS:
             depth = greater(depth, run.end.gap[e])
-    return deepest(run, t, depth)
+    return deepest(run, t, depth, near)
 
 
 @compiled
@@ -197,7 +198,7 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
     """Set the rows of the problem of a displacement at z, and their answers; return a failure or NONE."""
     near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
     run.families.patch.even = near
-    failure = evaluate(run, t + run.h, constraints, near)
+    failure = evaluate(run, t + run.h, constraints, near, 0)
     run.families.patch.even = 0.0
     if failure == NONE:
         close(run, 0, near)

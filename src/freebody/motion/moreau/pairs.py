@@ -6,34 +6,49 @@ numbers of the pairs, which are in ascending order then and now.
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater
+from ...native.instructions import compiled, greater, lesser
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import POINTS, Pairs
-from ..families.narrow_phase import P, Q, T, place_in_past, rate, rows, seek, stays
+from ..families.narrow_phase import P, Q, T, find, nearer, place_in_past, rate, rows, seek, stays
 from .curvature import after, lasting, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
 @compiled
-def lay_pairs(run: Run, t: float, near: float) -> int:
-    """Find the pairs with gaps up to ``near`` at z, and write their rows; return 0 if there is no room for them."""
+def lay_pairs(run: Run, t: float, near: float, friction: int) -> int:
+    """Find the pairs with gaps up to ``near`` at z, and write their rows, those of normals only without ``friction``;
+    return 0 if there is no room for them.
+    """
     pairs = run.families.pairs
-    seek(run.families, t, run.z, near)
+    if near <= pairs.within and pairs.count <= pairs.most:
+        nearer(run.families, t, run.z, near)
+    else:
+        seek(run.families, t, run.z, near)
     if pairs.count > pairs.most:
         return 0
-    rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W)
+    rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W, friction)
     return 1
 
 
 @compiled
-def deepest(run: Run, t: float, depth: float) -> float:
-    """Return the greatest depth of all pairs at z, or ``depth`` if that is greater."""
-    pairs = run.families.pairs
-    seek(run.families, t + run.h, run.z, 0.0)
-    for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
-        depth = greater(depth, -pairs.touch[c, 0])
-        if stays(pairs, pairs.ids[c] // POINTS) > OPENS:
-            depth = greater(depth, pairs.touch[pairs.slots[c], 0])
+def deepest(run: Run, t: float, depth: float, near: float) -> float:
+    """Return the greatest depth of all pairs at z, or ``depth`` if that is greater.
+
+    What `lay_pairs` needs is found up to ``near``.
+    """
+    families, pairs, c = run.families, run.families.pairs, 0
+    find(families, t + run.h, run.z, near)
+    count = pairs.count if pairs.count < pairs.most else pairs.most
+    while c < count:
+        both, apart, least = pairs.ids[c] // POINTS, pairs.apart[c], pairs.touch[c, 0]
+        r = families.members.radius[pairs.first[c]] + families.members.radius[pairs.second[c]]
+        if stays(pairs, both) > OPENS:
+            depth = greater(depth, least)
+        while c < count and pairs.ids[c] // POINTS == both:
+            least = lesser(least, pairs.touch[c, 0])
+            c += 1
+        # all points over the face are open: the one beside it, which has none then (`faces.deepest`)
+        depth = greater(depth, -apart if least > 0.0 and apart + r <= 0.0 else -least)
     return depth
 
 

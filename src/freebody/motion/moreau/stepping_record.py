@@ -212,6 +212,7 @@ class Run(Record):
     ``overlap``            what a failed correction leaves
     ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
                            `slow` and in the first displacement of the last correction
+    ``expected``           depths up to which a correction begins to look for pairs, in its first, second and later turns
     ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
@@ -243,6 +244,7 @@ class Run(Record):
     slowed: Displaced
     first: Displaced
     borne: Annotated[Row, "most"]
+    expected: Annotated[Row, 3]
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads
