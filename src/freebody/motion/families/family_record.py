@@ -134,6 +134,8 @@ class Pairs(Record):
                            ``again``: what that measures again
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each);
                            ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
+    ``earlier``, ``earlier_past``, ``earlier_impulses``    the same of the step before the last one
+    ``alternates``         1 if the last impulses were nearer to those than to the ones between
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
 
@@ -151,6 +153,10 @@ class Pairs(Record):
     known: Whole
     past: Annotated[Wholes, "pairs"]
     impulses: Annotated[Rows, "pairs", 3]
+    earlier: Whole
+    earlier_past: Annotated[Wholes, "pairs"]
+    earlier_impulses: Annotated[Rows, "pairs", 3]
+    alternates: Whole
     stays: Annotated[Wholes, "pairs"]
     stuck: Annotated[Wholes, "pairs"]
     last: Annotated[Rows, "pairs", 6]

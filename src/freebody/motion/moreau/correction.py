@@ -134,8 +134,10 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    if solved(run, islands, depth, run.slowed, 0) == 0:
+    alternates = run.families.pairs.alternates
+    if solved(run, islands, depth, run.slowed_earlier if alternates == 1 else run.slowed, 0) == 0:
         return OVERLAP
+    remember(run.slowed, run.slowed_earlier)
     remember(run.displaced, run.slowed)
     connect(problem, islands)
     for b in range(problem.blocks.count):
@@ -151,7 +153,7 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
         p, q, work = energy[b, 0], energy[b, 1], energy[b, 2]
         energy[b, 0] = 0.0
         if work < 0.0 and -p > -work * run.h:
-            energy[b, 0] = (-p - root(greater(p * p + 2.0 * q * work, 0.0))) / q
+            energy[b, 0] = -2.0 * work / (root(greater(p * p + 2.0 * q * work, 0.0)) - p)
     for a in range(problem.count):
         b = island_of(problem, islands, a)
         if b >= 0:

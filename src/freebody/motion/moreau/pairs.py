@@ -127,7 +127,7 @@ def pressed(pairs: Pairs, c: int) -> int:
 @compiled
 def begin_pairs(run: Run) -> None:
     """Set the rates of the pairs at the beginning of the step, and the guess of their impulses."""
-    contacts, problem, pairs, p = run.contacts, run.problem, run.families.pairs, 0
+    contacts, problem, pairs, p, e = run.contacts, run.problem, run.families.pairs, 0, 0
     for a in range(contacts.closed, problem.count):
         c, k = contacts.owner[a], 0
         if problem.kinds[a] != NORMAL:
@@ -141,6 +141,10 @@ def begin_pairs(run: Run) -> None:
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
+        while e < pairs.earlier and pairs.earlier_past[e] < pairs.ids[c]:
+            e += 1
+        if pairs.alternates == 1 and e < pairs.earlier and pairs.earlier_past[e] == pairs.ids[c]:
+            problem.x[a] = pairs.earlier_impulses[e, k]
         last = pairs.last[p if known else 0][2 * k :]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
 
@@ -155,6 +159,12 @@ def room_left(run: Run) -> int:
 def log_pairs(run: Run) -> None:
     """Remember the impulses of the pairs that press, and write them to the log."""
     contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
+    pairs.alternates = alternates(run)
+    pairs.earlier = pairs.known
+    for p in range(pairs.known):
+        pairs.earlier_past[p] = pairs.past[p]
+        for k in range(3):
+            pairs.earlier_impulses[p, k] = pairs.impulses[p, k]
     pairs.known = 0
     for a in range(contacts.closed, problem.count):
         if problem.kinds[a] == NORMAL and problem.x[a] > 0.0:
@@ -181,6 +191,29 @@ def log_pairs(run: Run) -> None:
             pairs.known += 1
             run.logged += 1
     run.log_end[run.done] = run.logged
+
+
+@compiled
+def alternates(run: Run) -> int:
+    """Return 1 if the normal impulses are nearer to those of the step before the last one than to the last ones.
+
+    What flies between the ends of two steps lands in every second one.
+    """
+    problem, pairs, p, e, last, earlier = run.problem, run.families.pairs, 0, 0, 0.0, 0.0
+    for a in range(run.contacts.closed, problem.count):
+        x, number = problem.x[a], pairs.ids[run.contacts.owner[a]]
+        if problem.kinds[a] == NORMAL and x > 0.0:
+            while p < pairs.known and pairs.past[p] < number:
+                p += 1
+            while e < pairs.earlier and pairs.earlier_past[e] < number:
+                e += 1
+            change = x - pairs.impulses[p, 0] if p < pairs.known and pairs.past[p] == number else x
+            last += change * change
+            change = x
+            if e < pairs.earlier and pairs.earlier_past[e] == number:
+                change = x - pairs.earlier_impulses[e, 0]
+            earlier += change * change
+    return 1 if earlier < last else 0
 
 
 @compiled

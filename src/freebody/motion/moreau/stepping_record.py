@@ -211,7 +211,7 @@ class Run(Record):
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
     ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
-                           `slow` and in the first displacement of the last correction
+                           `slow` and in the first displacement of the last correction;  ``slowed_earlier``: of the one before
     ``expected``           depths up to which a correction begins to look for pairs, in its first, second and later turns
     ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
@@ -242,6 +242,7 @@ class Run(Record):
     elimination: Elimination
     displaced: Displaced
     slowed: Displaced
+    slowed_earlier: Displaced
     first: Displaced
     borne: Annotated[Row, "most"]
     expected: Annotated[Row, 3]
