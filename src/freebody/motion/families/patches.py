@@ -219,7 +219,8 @@ def measure_cores(of: Families, second: int, limit: float) -> float:
     if patch.kind == EDGES and flat > patch.apart - patch.even and almost_flat(of, wall, limit) == 1:
         return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
-        nearest(of, a, b, flat, wall, patch)
+        far = 2.0 * (limit + r) + patch.extent * ALONG if faces > 0 and limit < FAR else FAR
+        nearest(of, a, b, flat, wall, patch, far)
     elif patch.kind == EDGES:
         crossing(of, a, b, patch)
     if patch.apart > limit + r:
@@ -230,7 +231,7 @@ def measure_cores(of: Families, second: int, limit: float) -> float:
         cut(of, b, a, limit, 1.0)
     if r > 0.0 and patch.apart > 0.0 and patch.kind != EDGES and touches_face(patch, r) == 0:
         patch.count = 0
-        across_pair(patch, nearest_edges(of, a, b, patch))
+        across_pair(patch, nearest_edges(of, a, b, patch, FAR))
     if patch.kind == EDGES:
         if r > 0.0:
             round_points(a, b, patch)
