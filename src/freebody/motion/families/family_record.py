@@ -63,8 +63,8 @@ class Members(Record):
                 corner of each face and the end, corners of the faces; number of edges, number of those that differ
                 in direction, which come first, and two corners of each. A plane has no corners; ``mesh_at``: first
     ``radius``  by which a solid is rounded
-    ``corners``, ``normals``, ``middles``    of the cores (`Core`) in this search: corners stand as in ``sizes``, normals
-                from ``normals_at`` on
+    ``corners``, ``normals``, ``middles``    of the cores (`Core`) in this search: corners stand as in ``sizes``,
+                normals from ``normals_at`` on
     """
 
     count: Count
@@ -166,8 +166,8 @@ class Pairs(Record):
 
 @record
 class Core(Record):
-    """The corners of a solid in ground axes, their middle, the normals of its faces, the radius around, and the place of
-    its mesh.
+    """The corners of a solid in ground axes, their middle, the normals of its faces, the radius around, and the place
+    of its mesh.
     """
 
     count: Whole

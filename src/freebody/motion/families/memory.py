@@ -151,8 +151,9 @@ def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> Non
     corners, faces = (max((one[k] for one in mesh), default=1) for k in range(2))
     for core in (of.one, of.other):
         core.corners, core.normals = np.zeros(3 * max(corners, 1)), np.zeros(3 * max(faces, 1))
-    at = np.cumsum([0, *(3 * one[1] for one in mesh)])
-    members.corners, members.normals_at, members.normals = np.zeros(len(members.sizes)), whole(at), np.zeros(at[-1] + 1)
+    normals_at = np.cumsum([0, *(3 * one[1] for one in mesh)])
+    members.corners, members.normals = np.zeros(len(members.sizes)), np.zeros(normals_at[-1] + 1)
+    members.normals_at = whole(normals_at)
     patch, room = of.patch, 2 * (corners + 2)
     patch.polygon, patch.rest = np.zeros(3 * room), np.zeros(3 * room)
     patch.tags, patch.rest_tags = (np.zeros(2 * room, dtype=np.int64) for _ in range(2))

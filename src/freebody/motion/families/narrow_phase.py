@@ -68,14 +68,20 @@ def find(of: Families, t: float, y: Reals, limit: float) -> None:
 def nearer(of: Families, t: float, y: Reals, limit: float) -> None:
     """Leave of the pairs that `find` has found at a state those that `seek` finds with a lower limit.
 
-    A patch of two edges is measured again, since ``patch.even`` may be greater now, and so is one with points beyond the
-    limit only, since it may have others then.
+    A patch of two edges is measured again, since ``patch.even`` may be greater now, and so is one with points beyond
+    the limit only, since it may have others then.
     """
     links, members, pairs, kept, again, c = of.links, of.members, of.pairs, 0, 0, 0
     if members.count > 0:
         links.code(t, y, links.c, links.poses[POSE:])
     while c < pairs.count:
-        both, apart, crossed, before, closed = pairs.ids[c] // POINTS, pairs.apart[c], pairs.crossed[c], kept, 0
+        both, apart, crossed, before, closed = (
+            pairs.ids[c] // POINTS,
+            pairs.apart[c],
+            pairs.crossed[c],
+            kept,
+            0,
+        )
         if pairs.touch[c, 0] > limit:
             closed = stays(pairs, both)
         while c < pairs.count and pairs.ids[c] // POINTS == both:
@@ -95,7 +101,12 @@ def nearer(of: Families, t: float, y: Reals, limit: float) -> None:
 @compiled
 def move(pairs: Pairs, c: int, k: int) -> None:
     """Move a pair to another place."""
-    pairs.first[k], pairs.second[k], pairs.ids[k], pairs.slots[k] = pairs.first[c], pairs.second[c], pairs.ids[c], k
+    pairs.first[k], pairs.second[k], pairs.ids[k], pairs.slots[k] = (
+        pairs.first[c],
+        pairs.second[c],
+        pairs.ids[c],
+        k,
+    )
     for n in range(TOUCH):
         pairs.touch[k, n] = pairs.touch[c, n]
 

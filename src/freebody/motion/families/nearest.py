@@ -74,7 +74,7 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
     """Set distance, normal and feature for two cores that are apart: of two edges, or of what lies over a face.
 
     ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
-    nearest, it is over this one. Edges are sought up to a distance, ``limit``, which becomes the distance if there are none.
+    nearest, it is over this one. Edges are sought up to a distance, ``limit``, which is taken if there are none.
     """
     if wall == FACE_OF_A and flat > 0.0 and over_face(of, a, b, wall, flat, patch) == 1:
         return

@@ -211,8 +211,9 @@ class Run(Record):
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
     ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
-                           `slow` and in the first displacement of the last correction;  ``slowed_earlier``: of the one before
-    ``expected``           depths up to which a correction begins to look for pairs, in its first, second and later turns
+                           `slow` and in the first displacement of the last correction;  ``slowed_earlier``: in `slow`
+                           of the correction before that
+    ``expected``           depths up to which a correction first looks for pairs, in its first, second and later turns
     ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
