@@ -134,8 +134,7 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    alternates = run.families.pairs.alternates
-    if solved(run, islands, depth, run.slowed_earlier if alternates == 1 else run.slowed, 0) == 0:
+    if solved(run, islands, depth, run.slowed_earlier, 0) == 0:  # what flies lands in every second step
         return OVERLAP
     remember(run.slowed, run.slowed_earlier)
     remember(run.displaced, run.slowed)
@@ -217,16 +216,17 @@ def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: i
     """
     problem, borne, found, k = run.problem, run.borne, run.displaced, 0
     problem.reference = TINY
+    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     for a in range(problem.count):
         while k < likely.count and likely.numbers[k] < number(run, a):
             k += 1
         known = k < likely.count and likely.numbers[k] == number(run, a)
-        borne[a], problem.x[a] = likely.impulses[k] if known else 0.0, TINY if known else 0.0
+        borne[a] = likely.impulses[k] if known else 0.0
+        problem.x[a] = TINY if known and (crowded == 1 or borne[a] > 0.0) else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
         problem.low[a] -= borne[a]
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0

@@ -143,7 +143,8 @@ def begin_pairs(run: Run) -> None:
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
         while e < pairs.earlier and pairs.earlier_past[e] < pairs.ids[c]:
             e += 1
-        if pairs.alternates == 1 and e < pairs.earlier and pairs.earlier_past[e] == pairs.ids[c]:
+        earlier = pairs.alternates == 1 and e < pairs.earlier and pairs.earlier_past[e] == pairs.ids[c]
+        if earlier and patched(run, pairs.slots[c]) == 1:
             problem.x[a] = pairs.earlier_impulses[e, k]
         last = pairs.last[p if known else 0][2 * k :]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
@@ -197,12 +198,12 @@ def log_pairs(run: Run) -> None:
 def alternates(run: Run) -> int:
     """Return 1 if the normal impulses are nearer to those of the step before the last one than to the last ones.
 
-    What flies between the ends of two steps lands in every second one.
+    What flies between the ends of two steps lands in every second one. Only pairs that touch in patches are asked.
     """
     problem, pairs, p, e, last, earlier = run.problem, run.families.pairs, 0, 0, 0.0, 0.0
     for a in range(run.contacts.closed, problem.count):
         x, number = problem.x[a], pairs.ids[run.contacts.owner[a]]
-        if problem.kinds[a] == NORMAL and x > 0.0:
+        if problem.kinds[a] == NORMAL and x > 0.0 and patched(run, pairs.slots[run.contacts.owner[a]]) == 1:
             while p < pairs.known and pairs.past[p] < number:
                 p += 1
             while e < pairs.earlier and pairs.earlier_past[e] < number:
