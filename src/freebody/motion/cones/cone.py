@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
-from .block_rows import add, along
+from .block_rows import add, product
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
 
@@ -111,14 +111,15 @@ def add_all(problem: ContactProblem) -> None:
     for i in range(problem.blocks.n):
         problem.v[i] = 0.0
     for a in range(problem.count):
-        add(problem.blocks, problem.rows[a], problem.X, problem.x[a], problem.v)
+        if problem.x[a] != 0.0:
+            add(problem.blocks, problem.rows[a], problem.X, problem.x[a], problem.v)
 
 
 @hot
 @compiled
 def rate(problem: ContactProblem, a: int) -> float:
     """Return r_a = b_a + W_a v."""
-    return problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
+    return problem.b[a] + product(problem.blocks, problem.rows[a], problem.W, problem.v)
 
 
 @hot
@@ -128,7 +129,7 @@ def residual(problem: ContactProblem) -> float:
     for a in range(problem.count):
         if not math.isfinite(problem.x[a]):
             return math.inf
-        problem.r[a] = rate(problem, a)
+        problem.r[a] = problem.b[a] + product(problem.blocks, problem.rows[a], problem.W, problem.v)
     return violation(problem)
 
 

@@ -158,7 +158,7 @@ class Dense(Record):
 
     ``most``             limit on the rows of a problem
     ``U``                factor of W Xᵀ of the rows that are held, Uᵀ U
-    ``entries``, ``w``   numbers for one row: beside those that are held; of its speeds
+    ``entries``, ``w``   numbers for one row: beside those that are held; of its speeds;  ``beside``: 1 for its blocks
     ``place``, ``among``      place of a row among those that are held, or -1; row at a place
     """
 
@@ -166,5 +166,6 @@ class Dense(Record):
     U: Annotated[Row, "squares"]
     entries: Annotated[Row, "most"]
     w: Annotated[Row, "n"]
+    beside: Annotated[Wholes, "n"]
     place: Annotated[Wholes, "most"]
     among: Annotated[Wholes, "most"]

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, hot, lesser, root
-from .block_rows import add, along, dot, wipe
+from ...native.instructions import Integers, Reals, compiled, hot, inlined, lesser, root
+from .block_rows import add, along, block_product, dot, wipe
 from .cone import add_all, rate, residual
-from .contact_problem import DEPENDENT, NORMAL, ContactProblem, Dense
+from .contact_problem import DEPENDENT, NORMAL, Blocks, ContactProblem, Dense
 
 CHANGES = 10
 """Limit on the conditions that the dual method takes in, for each row of the problem."""
@@ -125,17 +125,35 @@ def beside(problem: ContactProblem, dense: Dense, p: int, n: int) -> float:
     blocks, rows, m, U, d, w = problem.blocks, problem.rows, problem.count, dense.U, dense.entries, dense.w
     add(blocks, rows[p], problem.W, 1.0, w)
     rest = along(blocks, rows[p], problem.X, w)
+    for k in range(blocks.first[rows[p]], blocks.first[rows[p] + 1]):
+        dense.beside[blocks.pieces[k]] = 1
     for i in range(n):
-        d[i] = along(blocks, rows[dense.among[i]], problem.X, w)
+        d[i] = shared(blocks, rows[dense.among[i]], problem.X, w, dense.beside)
+    for k in range(blocks.first[rows[p]], blocks.first[rows[p] + 1]):
+        dense.beside[blocks.pieces[k]] = 0
     wipe(blocks, rows[p], w)
     for i in range(n):  # sums side by side, not one after another
         row = U[i * m :]
         part = d[i] / row[i]
-        for k in range(i + 1, n):
-            d[k] -= part * row[k]
+        if part != 0.0:
+            for k in range(i + 1, n):
+                d[k] -= part * row[k]
         d[i], row[n] = part, part
         rest -= part * part
     return rest
+
+
+@inlined
+def shared(blocks: Blocks, r: int, X: Reals, w: Reals, among: Integers) -> float:
+    """Return X_r w, where w is zero but for some blocks."""
+    total, k = 0.0, blocks.at[r]
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        b = blocks.pieces[p]
+        n = blocks.starts[b + 1] - blocks.starts[b]
+        if among[b] != 0:
+            total += block_product(X[k:], w[blocks.starts[b] :], n)
+        k += n
+    return total
 
 
 @hot
@@ -158,8 +176,9 @@ def hold(problem: ContactProblem, dense: Dense, p: int, n: int) -> int:
         x[p] += far
         add(blocks, rows[p], problem.X, far, v)
         for i in range(n):
-            x[among[i]] -= far * d[i]
-            add(blocks, rows[among[i]], problem.X, -far * d[i], v)
+            if d[i] != 0.0:
+                x[among[i]] -= far * d[i]
+                add(blocks, rows[among[i]], problem.X, -far * d[i], v)
         if freed < 0:
             U[n * m + n] = root(rest)
             among[n], dense.place[p] = p, n

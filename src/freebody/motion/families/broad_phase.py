@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, root
 from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, Families, Members
-from .patches import lay_core
+from .patches import keep_core, lay_core
 
 
 @compiled
@@ -30,6 +30,7 @@ def bounds(of: Families, margin: float) -> None:
         lower, upper, kind = members.lower[k], members.upper[k], members.bound[k]
         if kind == SOLID:
             lay_core(of, of.one, k)
+            keep_core(of, of.one, k)
             for i in range(3):
                 lower[i], upper[i] = of.one.corners[i], of.one.corners[i]
                 for v in range(of.one.count):

@@ -9,7 +9,7 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, root
+from ...native.instructions import Integers, Reals, compiled, inlined, root
 from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
@@ -24,7 +24,7 @@ CORNER, FACE, NOWHERE = -1, -2, -3
 deepest corner has no features."""
 
 
-@compiled
+@inlined
 def along(n: Reals, x: Reals) -> float:
     """Return n·x."""
     return n[0] * x[0] + n[1] * x[1] + n[2] * x[2]
@@ -70,7 +70,9 @@ def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> Non
     mesh = of.members.mesh[core.mesh :]
     face = mesh[mesh[HEAD + patch.face] :]
     sides = mesh[HEAD + patch.face + 1] - mesh[HEAD + patch.face]
-    face_normal(core, face, n)
+    normal = core.normals[3 * patch.face :]
+    for j in range(3):
+        n[j] = normal[j]
     count = towards(of, other, patch)
     for k in range(sides):
         p, q = core.corners[3 * face[k] :], core.corners[3 * face[(k + 1) % sides] :]
@@ -155,9 +157,9 @@ def towards(of: Families, core: Core, patch: Patch) -> int:
     """
     mesh, best, chosen = of.members.mesh[core.mesh :], FAR, -1
     for f in range(mesh[1]):
-        face_normal(core, mesh[mesh[HEAD + f] :], patch.trial)
-        if along(patch.normal, patch.trial) < best:
-            best, chosen = along(patch.normal, patch.trial), f
+        x = along(patch.normal, core.normals[3 * f :])
+        if x < best:
+            best, chosen = x, f
     count, patch.towards = core.count, chosen
     if chosen >= 0:
         count = mesh[HEAD + chosen + 1] - mesh[HEAD + chosen]

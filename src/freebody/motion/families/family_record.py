@@ -9,8 +9,8 @@ from typing import Annotated
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 
-POINTS = 4096
-"""More than the points of a patch."""
+POINTS = 1 << 20
+"""Numbers of the points of a patch."""
 POSE = 18
 """Length of a pose."""
 TOUCH = 18
@@ -70,6 +70,8 @@ class Members(Record):
                 corner of each face and the end, corners of the faces; number of edges, number of those that differ
                 in direction, which come first, and two corners of each. A plane has no corners; ``mesh_at``: first
     ``radius``  by which a solid is rounded
+    ``corners``, ``normals``, ``middles``    of the cores (`Core`) in this search: corners stand as in ``sizes``,
+                normals from ``normals_at`` on
     """
 
     count: Count
@@ -88,6 +90,10 @@ class Members(Record):
     mesh: Wholes
     mesh_at: Wholes
     radius: Row
+    corners: Row
+    normals: Row
+    normals_at: Wholes
+    middles: Annotated[Rows, "members", 3]
     bounded: Count
     order: Wholes
     unbounded: Count
@@ -136,10 +142,16 @@ class Pairs(Record):
 
     ``count``, ``most``    number of pairs, and the room for them; ``count`` beyond ``most``: it did not suffice
     ``first``, ``second``  members; ``touch``: geometry
-    ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
+    ``ids``                (first · members + second) · `POINTS` + number of the point (`narrow_phase.number`), in
+                           ascending order
     ``slots``              places of that order
+    ``apart``              gap of the members of each pair; ``crossed``: 1 if their patch is that of two edges
+    ``within``             limit up to which the pairs are there, in the order of their places, or -1 (`nearer`);
+                           ``again``: what that measures again
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, impulses of their rows;
                            ``stays``, ``last``: how long one has stayed closed, not 0, and its rates (`curvature`)
+    ``earlier``, ``earlier_past``, ``earlier_impulses``    the same of the step before the last one
+    ``alternates``         1 if the last impulses were nearer to those than to the ones between
     ``pull``               pull that each pair bears in the step (`adhere`)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
@@ -150,10 +162,18 @@ class Pairs(Record):
     second: Annotated[Wholes, "pairs"]
     ids: Annotated[Wholes, "pairs"]
     slots: Annotated[Wholes, "pairs"]
+    apart: Annotated[Row, "pairs"]
+    crossed: Annotated[Wholes, "pairs"]
+    within: Real
+    again: Annotated[Wholes, "pairs"]
     touch: Annotated[Rows, "pairs", TOUCH]
     known: Whole
     past: Annotated[Wholes, "pairs"]
     impulses: Annotated[Rows, "pairs", ROWS]
+    earlier: Whole
+    earlier_past: Annotated[Wholes, "pairs"]
+    earlier_impulses: Annotated[Rows, "pairs", 3]
+    alternates: Whole
     stays: Annotated[Wholes, "pairs"]
     stuck: Annotated[Wholes, "pairs"]
     last: Annotated[Rows, "pairs", RATES]
@@ -164,13 +184,16 @@ class Pairs(Record):
 
 @record
 class Core(Record):
-    """The corners of a solid in ground axes, their middle, the radius around, and the place of its mesh."""
+    """The corners of a solid in ground axes, their middle, the normals of its faces, the radius around, and the place
+    of its mesh.
+    """
 
     count: Whole
     mesh: Whole
     radius: Real
     middle: Annotated[Row, 3]
     corners: Row
+    normals: Row
 
 
 @record

@@ -8,12 +8,13 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, hot, inlined, room
+from ...native.instructions import Integers, Reals, call, compiled, greater, hot, inlined, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
-from .faces import FAR
+from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
-from .patches import measure
+from .nearest import EDGES
+from .patches import measure_cores, take_core
 
 P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
@@ -25,8 +26,15 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
 
     ``pairs.count`` beyond ``most``: there is no room for all.
     """
+    find(of, t, y, limit)
+    arrange(of.pairs)
+
+
+@compiled
+def find(of: Families, t: float, y: Reals, limit: float) -> None:
+    """Do the same in any order."""
     links, members, pairs = of.links, of.members, of.pairs
-    pairs.count = 0
+    pairs.count, pairs.within = 0, limit
     if members.count == 0:
         return
     links.code(t, y, links.c, links.poses[POSE:])
@@ -54,7 +62,53 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
             consider(of, i, order[b], limit)
         for b in range(a + 1, members.unbounded):
             consider(of, i, members.wide[b], limit)
+
+
+@compiled
+def nearer(of: Families, t: float, y: Reals, limit: float) -> None:
+    """Leave of the pairs that `find` has found at a state those that `seek` finds with a lower limit.
+
+    A patch of two edges is measured again, since ``patch.even`` may be greater now, and so is one with points beyond
+    the limit only, since it may have others then.
+    """
+    links, members, pairs, kept, again, c = of.links, of.members, of.pairs, 0, 0, 0
+    if members.count > 0:
+        links.code(t, y, links.c, links.poses[POSE:])
+    while c < pairs.count:
+        both, apart, crossed, before, closed = (
+            pairs.ids[c] // POINTS,
+            pairs.apart[c],
+            pairs.crossed[c],
+            kept,
+            0,
+        )
+        if pairs.touch[c, 0] > limit:
+            closed = stays(pairs, both)
+        while c < pairs.count and pairs.ids[c] // POINTS == both:
+            if crossed == 0 and (pairs.touch[c, 0] <= limit or closed != 0):
+                move(pairs, c, kept)
+                kept += 1
+            c += 1
+        if kept == before and apart <= limit:
+            pairs.again[again] = both
+            again += 1
+    pairs.count = kept
+    for k in range(again):
+        consider(of, pairs.again[k] // members.count, pairs.again[k] % members.count, limit)
     arrange(pairs)
+
+
+@compiled
+def move(pairs: Pairs, c: int, k: int) -> None:
+    """Move a pair to another place."""
+    pairs.first[k], pairs.second[k], pairs.ids[k], pairs.slots[k] = (
+        pairs.first[c],
+        pairs.second[c],
+        pairs.ids[c],
+        k,
+    )
+    for n in range(TOUCH):
+        pairs.touch[k, n] = pairs.touch[c, n]
 
 
 @compiled
@@ -119,6 +173,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         turn(found, laws.up[3 * f :])
     pairs.first[slot], pairs.second[slot] = first, second
     pairs.ids[slot], pairs.slots[slot] = (i * members.count + j) * POINTS, slot
+    pairs.apart[slot], pairs.crossed[slot] = found[0], 0
     for n in range(TOUCH):
         pairs.touch[slot, n] = found[n]
 
@@ -144,10 +199,14 @@ def stays(pairs: Pairs, number: int) -> int:
 
 
 @compiled
-def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
+def spread(of: Families, first: int, second: int, both: int, limit: float) -> None:
     """Add the points of two solids whose gaps are at most ``limit``."""
     pairs, patch, found = of.pairs, of.patch, of.pairs.found
-    if measure(of, first, second, limit) <= limit:
+    take_core(of, of.one, first)
+    if of.members.mesh[of.members.mesh_at[second]] > 0:
+        take_core(of, of.other, second)
+    apart = measure_cores(of, second, limit)
+    if apart <= limit:
         for p in range(patch.count):
             slot, point = pairs.count, patch.points[p]
             pairs.count += 1
@@ -157,9 +216,28 @@ def spread(of: Families, first: int, second: int, number: int, limit: float) -> 
                     found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
                 turn(found, of.laws.up[3 * of.members.family[first] :])
                 pairs.first[slot], pairs.second[slot] = first, second
-                pairs.ids[slot], pairs.slots[slot] = number * POINTS + p, slot
+                pairs.ids[slot] = both * POINTS + number(of, first, second, patch.features[4 * p :])
+                pairs.slots[slot], pairs.apart[slot] = slot, apart
+                pairs.crossed[slot] = 1 if patch.kind == EDGES else 0
                 for n in range(TOUCH):
                     pairs.touch[slot, n] = found[n]
+
+
+@compiled
+def number(of: Families, first: int, second: int, met: Integers) -> int:
+    """Return the number of a point by the features that meet there: it keeps it while others come and go.
+
+    Two pairs of edges of large solids may have the same number.
+    """
+    members = of.members
+    a, b = members.mesh[members.mesh_at[first]], members.mesh[members.mesh_at[second]]
+    if met[1] == CORNER:
+        return met[0]
+    if met[3] == CORNER:
+        return a + met[2]
+    if met[1] == NOWHERE:
+        return POINTS - 1
+    return a + b + (((met[0] * a + met[1]) * b + met[2]) * b + met[3]) % (POINTS - 1 - a - b)
 
 
 @compiled
@@ -180,6 +258,7 @@ def turn(found: Reals, up: Reals) -> None:
 @compiled
 def arrange(pairs: Pairs) -> None:
     """Sort the pairs by their ids (Shell's method)."""
+    pairs.within = -1.0
     if pairs.count > pairs.most:
         return
     step = 1
@@ -199,8 +278,11 @@ def arrange(pairs: Pairs) -> None:
 
 
 @compiled
-def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
-    """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end."""
+def rows(of: Families, blocks: Blocks, first: int, W: Reals, friction: int) -> int:
+    """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end.
+
+    Those of tangents have values only if ``friction`` is not 0.
+    """
     pairs, links, r = of.pairs, of.links, first
     for c in range(pairs.count):
         slot = pairs.slots[c]
@@ -223,16 +305,18 @@ def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
                 b = blocks.pieces[p]
                 end += blocks.starts[b + 1] - blocks.starts[b]
             blocks.first[r + 1], blocks.at[r + 1] = piece, end
+            r += 1
+            if k > 0 and friction == 0:
+                continue
             for n in range(at, end):
                 W[n] = 0.0
             e = axis(of, slot, k)
             if k <= of.laws.tangents[f]:
-                press(links, blocks, r, one, touch[P:], e, 1.0, W)
-                press(links, blocks, r, other, touch[Q:], e, -1.0, W)
+                press(links, blocks, r - 1, one, touch[P:], e, 1.0, W)
+                press(links, blocks, r - 1, other, touch[Q:], e, -1.0, W)
             else:
-                twist(links, blocks, r, one, e, 1.0, W)
-                twist(links, blocks, r, other, e, -1.0, W)
-            r += 1
+                twist(links, blocks, r - 1, one, e, 1.0, W)
+                twist(links, blocks, r - 1, other, e, -1.0, W)
     return r
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root
-from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, face_normal, meet_edge
+from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, meet_edge
 from .family_record import Core, Families, Patch
 
 PARALLEL = 1e-12
@@ -18,6 +18,18 @@ def least(core: Core, n: Reals) -> float:
     result, v = FAR, core.corners
     for k in range(core.count):
         result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+    return result
+
+
+@hot
+@compiled
+def least_beyond(core: Core, n: Reals, height: float, bar: float) -> float:
+    """Return the least n·v of the corners of a core, or one of them that is less than ``bar`` above a height."""
+    result, v = FAR, core.corners
+    for k in range(core.count):
+        result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+        if result - height < bar:
+            break
     return result
 
 
@@ -58,11 +70,11 @@ def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
 
 
 @compiled
-def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch) -> None:
+def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch, limit: float) -> None:
     """Set distance, normal and feature for two cores that are apart: of two edges, or of what lies over a face.
 
     ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
-    nearest, it is over this one.
+    nearest, it is over this one. Edges are sought up to a distance, ``limit``, which is taken if there are none.
     """
     if wall == FACE_OF_A and flat > 0.0 and over_face(of, a, b, wall, flat, patch) == 1:
         return
@@ -72,7 +84,7 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
         return
     if wall == FACE_OF_B and flat > 0.0 and under_face(of, b, a, wall, flat, patch) == 1:
         return
-    distance = nearest_edges(of, a, b, patch)
+    distance = nearest_edges(of, a, b, patch, limit)
     if (
         flat > 0.0 and distance <= flat + ALONG * patch.extent
     ):  # along the face: the crossings of an edge with its sides
@@ -93,12 +105,12 @@ def across_pair(patch: Patch, distance: float) -> None:
 
 
 @compiled
-def nearest_edges(of: Families, a: Core, b: Core, patch: Patch) -> float:
-    """Set the nearest points of the edges of two cores, and the edges; return their distance.
+def nearest_edges(of: Families, a: Core, b: Core, patch: Patch, limit: float) -> float:
+    """Set the nearest points of the edges of two cores, and the edges; return their distance, or the limit.
 
     Of round solids, parallel edges are taken where others are as near up to round-off.
     """
-    best = nearest_pair(of, a, b, 0, FAR, patch)
+    best = nearest_pair(of, a, b, 0, limit, patch)
     if a.radius + b.radius > 0.0:
         nearest_pair(of, a, b, 1, root(best) + ALONG * patch.extent, patch)
     return root(best)
@@ -106,15 +118,24 @@ def nearest_edges(of: Families, a: Core, b: Core, patch: Patch) -> float:
 
 @compiled
 def nearest_pair(of: Families, a: Core, b: Core, parallel: int, limit: float, patch: Patch) -> float:
-    """Set the nearest points of the edges within a limit, of all or of the ``parallel`` ones; return their square."""
+    """Set the nearest points of the edges within a limit, of all or of the ``parallel`` ones; return their square.
+
+    Edges that are as far from each other along the normal as the nearest ones are passed.
+    """
+    n, slack = patch.normal, ALONG * patch.extent
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
     edges, edges_b, got = one[one[HEAD - 1] :], other[other[HEAD - 1] :], patch.pair
     if limit < FAR:
         best = limit * limit
     for i in range(edges[0]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
+        low, high = lesser(along(n, p), along(n, q)), greater(along(n, p), along(n, q))
         for j in range(edges_b[0]):
             r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
+            x, y = along(n, r), along(n, s)
+            apart = greater(lesser(x, y) - high, low - greater(x, y)) - slack
+            if apart > 0.0 and apart * apart >= best:
+                continue
             if parallel == 0 or side_by_side(p, q, r, s) == 1:
                 square = segments(p, q, r, s, patch.trial)
                 if square < best:
@@ -132,12 +153,11 @@ def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, pat
 
     Return 1 if so, else 0.
     """
-    mesh, n = of.members.mesh[core.mesh :], patch.trial
+    mesh, n = of.members.mesh[core.mesh :], core.normals[3 * patch.face :]
     face, count = (
         mesh[mesh[HEAD + patch.face] :],
         mesh[HEAD + patch.face + 1] - mesh[HEAD + patch.face],
     )
-    face_normal(core, face, n)
     height, inside = flat + along(n, core.corners[3 * face[0] :]) + ALONG * patch.extent, 0
     for v in range(other.count):
         w = other.corners[3 * v :]
@@ -156,10 +176,10 @@ def under_face(of: Families, core: Core, other: Core, wall: int, flat: float, pa
 
     Return 1 if so, else 0.
     """
-    mesh, n, room, found = of.members.mesh[other.mesh :], patch.trial, ALONG * patch.extent, 0
+    mesh, room, found = of.members.mesh[other.mesh :], ALONG * patch.extent, 0
     for f in range(mesh[1]):
         face, count = mesh[mesh[HEAD + f] :], mesh[HEAD + f + 1] - mesh[HEAD + f]
-        face_normal(other, face, n)
+        n = other.normals[3 * f :]
         height = least(core, n)
         if height - along(n, other.corners[3 * face[0] :]) >= flat - room:
             for v in range(core.count):
@@ -167,9 +187,9 @@ def under_face(of: Families, core: Core, other: Core, wall: int, flat: float, pa
                 if along(n, w) <= height + room and outside(other, face, count, n, w) <= room:
                     found = 1
     if found == 1:
-        mesh = of.members.mesh[core.mesh :]
-        face_normal(core, mesh[mesh[HEAD + patch.face] :], patch.normal)
-        patch.apart, patch.kind = flat, wall
+        patch.apart, patch.kind, n = flat, wall, core.normals[3 * patch.face :]
+        for k in range(3):
+            patch.normal[k] = n[k]
     return found
 
 

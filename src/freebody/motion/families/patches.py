@@ -16,9 +16,9 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, root
-from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
-from .family_record import POSE, Core, Families, Patch
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
+from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, along, cut, face_normal
+from .family_record import POSE, SOLID, Core, Families, Patch
 from .nearest import (
     EDGES,
     FACE_OF_A,
@@ -28,6 +28,7 @@ from .nearest import (
     between,
     crossing,
     least,
+    least_beyond,
     nearest,
     nearest_edges,
     round_points,
@@ -36,12 +37,10 @@ from .nearest import (
 
 @compiled
 def lay_core(of: Families, core: Core, k: int) -> None:
-    """Set the corners of a member in ground axes."""
+    """Set the corners of a member in ground axes, and the normals of its faces."""
     members = of.members
     pose, sizes = of.links.poses[POSE * members.link[k] :], members.sizes[members.sizes_at[k] :]
-    core.mesh = members.mesh_at[k]
-    core.count = members.mesh[core.mesh]
-    core.radius = members.radius[k]
+    begin_core(of, core, k)
     for j in range(3):
         core.middle[j] = 0.0
     for v in range(core.count):
@@ -51,6 +50,59 @@ def lay_core(of: Families, core: Core, k: int) -> None:
                 pose[9 + j] + pose[3 * j] * x + pose[3 * j + 1] * y + pose[3 * j + 2] * z
             )
             core.middle[j] += core.corners[3 * v + j] / core.count
+    mesh = members.mesh[core.mesh :]
+    for face in range(mesh[1]):
+        face_normal(core, mesh[mesh[HEAD + face] :], core.normals[3 * face :])
+
+
+@inlined
+def begin_core(of: Families, core: Core, k: int) -> None:
+    """Set what does not move."""
+    members = of.members
+    core.mesh = members.mesh_at[k]
+    core.count, core.radius = members.mesh[core.mesh], members.radius[k]
+
+
+@compiled
+def keep_core(of: Families, core: Core, k: int) -> None:
+    """Keep the core of a member for this search."""
+    members = of.members
+    corners, normals = members.corners[members.sizes_at[k] :], members.normals[members.normals_at[k] :]
+    for j in range(3 * core.count):
+        corners[j] = core.corners[j]
+    for j in range(members.normals_at[k + 1] - members.normals_at[k]):
+        normals[j] = core.normals[j]
+    for j in range(3):
+        members.middles[k, j] = core.middle[j]
+
+
+@compiled
+def take_core(of: Families, core: Core, k: int) -> None:
+    """Set a core to that of a member in this search."""
+    members = of.members
+    if members.bound[k] != SOLID:
+        lay_core(of, core, k)
+        return
+    begin_core(of, core, k)
+    corners, normals = members.corners[members.sizes_at[k] :], members.normals[members.normals_at[k] :]
+    for j in range(3 * core.count):
+        core.corners[j] = corners[j]
+    for j in range(members.normals_at[k + 1] - members.normals_at[k]):
+        core.normals[j] = normals[j]
+    for j in range(3):
+        core.middle[j] = members.middles[k, j]
+
+
+@compiled
+def ahead(core: Core, faces: int, other: Core) -> int:
+    """Return the face that looks most towards the other core, the likeliest one to separate them; without faces 0."""
+    d, best, chosen = other.middle, -FAR, 0
+    for f in range(faces):
+        n = core.normals[3 * f :]
+        x = along(n, d) - along(n, core.middle)
+        if x > best:
+            best, chosen = x, f
+    return chosen
 
 
 @compiled
@@ -58,16 +110,19 @@ def by_faces(of: Families, core: Core, other: Core, which: int, patch: Patch) ->
     """Try the face normals of a core, which point from it to the other one.
 
     One of the second core is taken only where it is better by more than round-off, so that a patch of two equal faces
-    has the same points in every step.
+    has the same points in every step. A face that one corner shows to separate less than the likeliest one is passed.
     """
     mesh = of.members.mesh[core.mesh :]
-    n, bar = patch.trial, ALONG * patch.extent if which == FACE_OF_B else 0.0
+    if mesh[1] == 0:
+        return
+    bar, likely = ALONG * patch.extent if which == FACE_OF_B else 0.0, ahead(core, mesh[1], other)
+    n = core.normals[3 * likely :]
+    floor = least(other, n) - along(n, core.corners[3 * mesh[mesh[HEAD + likely]] :])
     for f in range(mesh[1]):
-        face = mesh[mesh[HEAD + f] :]
-        face_normal(core, face, n)
-        p = core.corners[3 * face[0] :]
-        apart = least(other, n) - (n[0] * p[0] + n[1] * p[1] + n[2] * p[2])
-        if apart > patch.apart + bar:
+        n = core.normals[3 * f :]
+        height = along(n, core.corners[3 * mesh[mesh[HEAD + f]] :])
+        apart = least_beyond(other, n, height, greater(floor, patch.apart + bar)) - height
+        if apart > patch.apart + bar and apart >= floor:
             patch.apart, patch.kind, patch.face, bar = apart, which, f, 0.0
             for j in range(3):
                 patch.normal[j] = n[j]
@@ -81,7 +136,8 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     """
     one, other, n = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], patch.trial
     edges, edges_b = one[one[HEAD - 1] :], other[other[HEAD - 1] :]
-    best = patch.apart + ALONG * patch.extent
+    best, top = patch.apart + ALONG * patch.extent, foremost(a, patch.normal)
+    d_x, d_y, d_z = b.middle[0] - a.middle[0], b.middle[1] - a.middle[1], b.middle[2] - a.middle[2]
     for i in range(edges[1]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
         x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -92,24 +148,32 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
             square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
             if square > PARALLEL * (x * x + y * y + z * z) * (u * u + v * v + w * w):
                 length = root(square)
-                side = (
-                    n[0] * (b.middle[0] - a.middle[0])
-                    + n[1] * (b.middle[1] - a.middle[1])
-                    + n[2] * (b.middle[2] - a.middle[2])
-                )
-                if side < 0.0:
+                if n[0] * d_x + n[1] * d_y + n[2] * d_z < 0.0:
                     length = -length
                 for k in range(3):
                     n[k] /= length
-                apart = least(b, n)
-                for k in range(3):
-                    n[k] = -n[k]
-                apart += least(a, n)
-                if apart > best:
-                    best = patch.apart = apart
-                    patch.kind = EDGES
+                height = along(n, a.corners[3 * top :])
+                apart = least_beyond(b, n, height, best)
+                if apart - height > best:
                     for k in range(3):
-                        patch.normal[k] = -n[k]
+                        n[k] = -n[k]
+                    apart += least(a, n)
+                    if apart > best:
+                        best = patch.apart = apart
+                        patch.kind = EDGES
+                        for k in range(3):
+                            patch.normal[k] = -n[k]
+
+
+@compiled
+def foremost(core: Core, n: Reals) -> int:
+    """Return the corner that is farthest along n."""
+    best, chosen = -FAR, 0
+    for v in range(core.count):
+        x = along(n, core.corners[3 * v :])
+        if x > best:
+            best, chosen = x, v
+    return chosen
 
 
 # -- points ----------------------------------------------------------------------------------------------
@@ -121,12 +185,19 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
 
     Beyond the limit the gap is a lower bound: that of the best of the axes.
     """
+    lay_core(of, of.one, first)
+    if of.members.mesh[of.members.mesh_at[second]] > 0:
+        lay_core(of, of.other, second)
+    return measure_cores(of, second, limit)
+
+
+@compiled
+def measure_cores(of: Families, second: int, limit: float) -> float:
+    """Do the same where the cores are set."""
     a, b, patch = of.one, of.other, of.patch
-    lay_core(of, a, first)
     patch.count = 0
     if of.members.mesh[of.members.mesh_at[second]] == 0:
         return over_plane(of, second, limit)
-    lay_core(of, b, second)
     r = a.radius + b.radius
     faces = of.members.mesh[a.mesh + 1] + of.members.mesh[b.mesh + 1]
     patch.apart, patch.kind, patch.extent = -FAR, EDGES, 0.0
@@ -148,7 +219,8 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     if patch.kind == EDGES and flat > patch.apart - patch.even and almost_flat(of, wall, limit) == 1:
         return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
-        nearest(of, a, b, flat, wall, patch)
+        far = 2.0 * (limit + r) + patch.extent * ALONG if faces > 0 and limit < FAR else FAR
+        nearest(of, a, b, flat, wall, patch, far)
     elif patch.kind == EDGES:
         crossing(of, a, b, patch)
     if patch.apart > limit + r:
@@ -159,7 +231,7 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
         cut(of, b, a, limit, 1.0)
     if r > 0.0 and patch.apart > 0.0 and patch.kind != EDGES and touches_face(patch, r) == 0:
         patch.count = 0
-        across_pair(patch, nearest_edges(of, a, b, patch))
+        across_pair(patch, nearest_edges(of, a, b, patch, FAR))
     if patch.kind == EDGES:
         if r > 0.0:
             round_points(a, b, patch)

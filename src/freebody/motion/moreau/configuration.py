@@ -26,15 +26,15 @@ from .stepping_record import (
 
 
 @compiled
-def evaluate(run: Run, t: float, constraints: int, near: float) -> int:
+def evaluate(run: Run, t: float, constraints: int, near: float, friction: int) -> int:
     """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE.
 
-    Pairs of families are found up to the gap ``near``.
+    Pairs of families are found up to the gap ``near``; they have tangent rows only if ``friction`` is not 0.
     """
     if run.machine.looped == 0:
         run.machine.system(t, run.z, run.machine.c, run.outputs)
         hide(run.contacts, run.now)
-    if lay_pairs(run, t, near) == 0:
+    if lay_pairs(run, t, near, friction) == 0:
         return FULL
     if run.machine.looped == 1:
         loads_at(run.machine, t, run.z, run.f)

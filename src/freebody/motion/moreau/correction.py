@@ -28,7 +28,7 @@ from .free_joints import fix, release
 from .impulses import impulses
 from .pairs import deepest, hang, pair_gap, pair_rate, pressed
 from .spin import leave_spins
-from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Run
+from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Displaced, Run
 
 DEEP = 1e-10
 CLOSINGS = 200
@@ -46,12 +46,12 @@ TINY = 1e-300
 def correct(run: Run, islands: Islands, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
     depth, error, moved, n = 0.0, math.inf, run.moved[run.done], run.machine.n_q + run.machine.n
-    run.displacing = 0
     for i in range(n):
         moved[i] = run.z[i]
     for k in range(CLOSINGS):
-        depth = overlap(run, t)
-        error = depth
+        turn = k if k < 2 else 2
+        depth = overlap(run, t, run.expected[turn])
+        error, run.expected[turn] = depth, 2.0 * greater(CLOSED_GAP, depth)
         for i in range(run.holonomic):
             error = greater(error, abs(run.end.phi[i]))
         if error <= DEEP or not math.isfinite(error):
@@ -62,9 +62,11 @@ def correct(run: Run, islands: Islands, t: float) -> int:
         if failure == NONE and laid == 0:
             failure = lay(run, t, depth, run.holonomic)
         if failure == NONE:
-            failure = separate(run, islands, t, depth)
+            failure = separate(run, islands, t, depth, run.first if k == 0 else run.displaced)
         if failure != NONE:
             return failure
+        if k == 0:
+            remember(run.displaced, run.first)
     run.overlap = error
     if not error <= DEEP:
         return OVERLAP if math.isfinite(error) else NOT_FINITE
@@ -75,8 +77,8 @@ def correct(run: Run, islands: Islands, t: float) -> int:
 
 
 @compiled
-def overlap(run: Run, t: float) -> float:
-    """Evaluate gaps and φ at z; return the greatest depth."""
+def overlap(run: Run, t: float, near: float) -> float:
+    """Evaluate gaps and φ at z; return the greatest depth. Pairs are found up to ``near``."""
     depth = 0.0
     if run.machine.looped == 0:
         run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
@@ -87,7 +89,7 @@ def overlap(run: Run, t: float) -> float:
             run.contacts.kept[e] = OPENS
         if run.contacts.kept[e] > OPENS:
             depth = greater(depth, run.end.gap[e])
-    return deepest(run, t, depth)
+    return deepest(run, t, depth, near)
 
 
 @compiled
@@ -132,8 +134,10 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    if solved(run, islands, depth) == 0:
+    if solved(run, islands, depth, run.slowed_earlier, 0) == 0:  # what flies lands in every second step
         return OVERLAP
+    remember(run.slowed, run.slowed_earlier)
+    remember(run.displaced, run.slowed)
     connect(problem, islands)
     for b in range(problem.blocks.count):
         for k in range(3):
@@ -148,7 +152,7 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
         p, q, work = energy[b, 0], energy[b, 1], energy[b, 2]
         energy[b, 0] = 0.0
         if work < 0.0 and -p > -work * run.h:
-            energy[b, 0] = (-p - root(greater(p * p + 2.0 * q * work, 0.0))) / q
+            energy[b, 0] = -2.0 * work / (root(greater(p * p + 2.0 * q * work, 0.0)) - p)
     for a in range(problem.count):
         b = island_of(problem, islands, a)
         if b >= 0:
@@ -195,7 +199,7 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
     """Set the rows of the problem of a displacement at z, and their answers; return a failure or NONE."""
     near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
     run.families.patch.even = near
-    failure = evaluate(run, t + run.h, constraints, near)
+    failure = evaluate(run, t + run.h, constraints, near, 0)
     run.families.patch.even = 0.0
     if failure == NONE:
         close(run, 0, near)
@@ -205,27 +209,43 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
 
 
 @compiled
-def solved(run: Run, islands: Islands, depth: float) -> int:
-    """Solve 0 <= x ⟂ b + W Δ >= 0; return 1 on success, else 0."""
-    problem = run.problem
-    problem.reference, k = TINY, 0
+def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: int) -> int:
+    """Solve 0 <= x ⟂ b + W Δ >= 0 from the contacts that are ``likely`` to press; return 1 on success, else 0.
+
+    The impulses of all displacements that move z, ``moves`` 1, are those of one: a later one may take some back.
+    """
+    problem, borne, found, k = run.problem, run.borne, run.displaced, 0
+    problem.reference = TINY
+    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     for a in range(problem.count):
-        while k < run.displacing and run.displaced[k] < number(run, a):
+        while k < likely.count and likely.numbers[k] < number(run, a):
             k += 1
-        problem.x[a] = TINY if k < run.displacing and run.displaced[k] == number(run, a) else 0.0
+        known = k < likely.count and likely.numbers[k] == number(run, a)
+        borne[a] = likely.impulses[k] if known else 0.0
+        problem.x[a] = TINY if known and (crowded == 1 or borne[a] > 0.0) else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
+        problem.low[a] -= borne[a]
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
-    run.displacing = 0
+    found.count = 0
     for a in range(problem.count):
-        if problem.x[a] > greater(problem.low[a], 0.0):
-            run.displaced[run.displacing] = number(run, a)
-            run.displacing += 1
+        problem.x[a] = 0.0 if problem.x[a] == TINY else problem.x[a]
+        if problem.x[a] > problem.low[a]:
+            found.numbers[found.count] = number(run, a)
+            found.impulses[found.count] = borne[a] + problem.x[a] if moves == 1 else 0.0
+            found.count += 1
     return 1
+
+
+@compiled
+def remember(found: Displaced, displaced: Displaced) -> None:
+    """Keep the contacts that press in a displacement for that of the next step, without impulses."""
+    displaced.count = found.count
+    for k in range(found.count):
+        displaced.numbers[k], displaced.impulses[k] = found.numbers[k], 0.0
 
 
 @compiled
@@ -236,7 +256,7 @@ def number(run: Run, a: int) -> int:
 
 
 @compiled
-def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
+def separate(run: Run, islands: Islands, t: float, depth: float, likely: Displaced) -> int:
     """Move z by one step, 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ), whose rows are laid."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
     for i in range(machine.n):
@@ -244,10 +264,11 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
     for a in range(problem.count):
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
-    if solved(run, islands, depth) == 0:
+    if solved(run, islands, depth, likely, 1) == 0:
         return OVERLAP
     for a in range(problem.count):
-        if problem.low[a] < 0.0 and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
+        pulls = problem.low[a] + run.borne[a] < 0.0
+        if pulls and problem.r[a] > problem.scale[a] * (problem.x[a] - problem.low[a]):
             hang(run, a)
     for i in range(machine.n):
         shift[i] += problem.v[i]

@@ -110,7 +110,8 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
     fix(machine, y, run.u)
     release(machine, z, run.u)
     put_speeds(machine, z, run.u)
-    failure = evaluate(run, t + 0.5 * run.h, run.constraints, CLOSED_GAP)
+    run.families.pairs.within = -1.0  # those of another state
+    failure = evaluate(run, t + 0.5 * run.h, run.constraints, CLOSED_GAP, 1)
     if failure != NONE:
         return failure
     add_turning(run, run.u, run.f)

@@ -6,34 +6,62 @@ numbers of the pairs, which are in ascending order then and now.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined
+from ...native.instructions import Reals, compiled, greater, inlined, lesser
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import ENTRY, POINTS, RESISTED, Pairs
-from ..families.narrow_phase import P, Q, T, axis, place_in_past, rate, row_rate, rows, seek, stays
+from ..families.narrow_phase import (
+    P,
+    Q,
+    T,
+    axis,
+    find,
+    nearer,
+    place_in_past,
+    rate,
+    row_rate,
+    rows,
+    seek,
+    stays,
+)
 from .curvature import after, lasting, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
 @compiled
-def lay_pairs(run: Run, t: float, near: float) -> int:
-    """Find the pairs with gaps up to ``near`` at z, and write their rows; return 0 if there is no room for them."""
+def lay_pairs(run: Run, t: float, near: float, friction: int) -> int:
+    """Find the pairs with gaps up to ``near`` at z, and write their rows, those of normals only without ``friction``;
+    return 0 if there is no room for them.
+    """
     pairs = run.families.pairs
-    seek(run.families, t, run.z, near)
+    if near <= pairs.within and pairs.count <= pairs.most:
+        nearer(run.families, t, run.z, near)
+    else:
+        seek(run.families, t, run.z, near)
     if pairs.count > pairs.most:
         return 0
-    rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W)
+    rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W, friction)
     return 1
 
 
 @compiled
-def deepest(run: Run, t: float, depth: float) -> float:
-    """Return the greatest depth of all pairs at z, or ``depth`` if that is greater."""
-    pairs = run.families.pairs
-    seek(run.families, t + run.h, run.z, 0.0)
-    for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
-        depth = greater(depth, -pairs.touch[c, 0])
-        if stays(pairs, pairs.ids[c] // POINTS) > OPENS:
-            depth = greater(depth, pairs.touch[pairs.slots[c], 0])
+def deepest(run: Run, t: float, depth: float, near: float) -> float:
+    """Return the greatest depth of all pairs at z, or ``depth`` if that is greater.
+
+    What `lay_pairs` needs is found up to ``near``.
+    """
+    families, pairs, c = run.families, run.families.pairs, 0
+    find(families, t + run.h, run.z, near)
+    count = pairs.count if pairs.count < pairs.most else pairs.most
+    while c < count:
+        both, apart, least = pairs.ids[c] // POINTS, pairs.apart[c], pairs.touch[c, 0]
+        r = families.members.radius[pairs.first[c]] + families.members.radius[pairs.second[c]]
+        if stays(pairs, both) > OPENS:
+            depth = greater(depth, least)
+        while c < count and pairs.ids[c] // POINTS == both:
+            least = lesser(least, pairs.touch[c, 0])
+            c += 1
+        # all points over the face are open: the one beside it, which has none then (`faces.deepest`)
+        depth = greater(depth, -apart if least > 0.0 and apart + r <= 0.0 else -least)
     return depth
 
 
@@ -121,7 +149,7 @@ def pressed(pairs: Pairs, c: int) -> int:
 @compiled
 def begin_pairs(run: Run) -> None:
     """Set the rates of the pairs at the beginning of the step, and the guess of their impulses."""
-    contacts, problem, pairs, p, normal = run.contacts, run.problem, run.families.pairs, 0, 0
+    contacts, problem, pairs, p, e, normal = run.contacts, run.problem, run.families.pairs, 0, 0, 0
     for a in range(contacts.closed, problem.count):
         c = contacts.owner[a]
         if problem.kinds[a] == NORMAL:
@@ -133,6 +161,11 @@ def begin_pairs(run: Run) -> None:
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
+        while e < pairs.earlier and pairs.earlier_past[e] < pairs.ids[c]:
+            e += 1
+        earlier = pairs.alternates == 1 and e < pairs.earlier and pairs.earlier_past[e] == pairs.ids[c]
+        if earlier and patched(run, pairs.slots[c]) == 1:
+            problem.x[a] = pairs.earlier_impulses[e, k]
         if k > tangents:
             contacts.stays[a] = OPENS
         last = pairs.last[p if known else 0][2 * k :]
@@ -149,6 +182,12 @@ def room_left(run: Run) -> int:
 def log_pairs(run: Run) -> None:
     """Remember the impulses of the pairs that press, and write them to the log."""
     contacts, problem, pairs, laws = run.contacts, run.problem, run.families.pairs, run.families.laws
+    pairs.alternates = alternates(run)
+    pairs.earlier = pairs.known
+    for p in range(pairs.known):
+        pairs.earlier_past[p] = pairs.past[p]
+        for k in range(3):
+            pairs.earlier_impulses[p, k] = pairs.impulses[p, k]
     pairs.known = 0
     for a in range(contacts.closed, problem.count):
         if problem.kinds[a] == NORMAL and problem.x[a] > 0.0:
@@ -210,6 +249,29 @@ def family_of(run: Run, slot: int) -> int:
 def rows_of(run: Run, slot: int) -> int:
     """Return the number of rows of a pair."""
     return run.families.laws.rows[family_of(run, slot)]
+
+
+@compiled
+def alternates(run: Run) -> int:
+    """Return 1 if the normal impulses are nearer to those of the step before the last one than to the last ones.
+
+    What flies between the ends of two steps lands in every second one. Only pairs that touch in patches are asked.
+    """
+    problem, pairs, p, e, last, earlier = run.problem, run.families.pairs, 0, 0, 0.0, 0.0
+    for a in range(run.contacts.closed, problem.count):
+        x, number = problem.x[a], pairs.ids[run.contacts.owner[a]]
+        if problem.kinds[a] == NORMAL and x > 0.0 and patched(run, pairs.slots[run.contacts.owner[a]]) == 1:
+            while p < pairs.known and pairs.past[p] < number:
+                p += 1
+            while e < pairs.earlier and pairs.earlier_past[e] < number:
+                e += 1
+            change = x - pairs.impulses[p, 0] if p < pairs.known and pairs.past[p] == number else x
+            last += change * change
+            change = x
+            if e < pairs.earlier and pairs.earlier_past[e] == number:
+                change = x - pairs.earlier_impulses[e, 0]
+            earlier += change * change
+    return 1 if earlier < last else 0
 
 
 @compiled

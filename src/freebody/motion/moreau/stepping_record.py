@@ -185,6 +185,17 @@ class Bearings(Record):
 
 
 @record
+class Displaced(Record):
+    """Contacts that press in a displacement, by ascending numbers (`correction.number`), and their ``impulses`` in all
+    displacements of a correction together.
+    """
+
+    count: Whole
+    numbers: Annotated[Wholes, "most"]
+    impulses: Annotated[Row, "most"]
+
+
+@record
 class Run(Record):
     """A run in steps of length h from the state y at t.
 
@@ -200,8 +211,11 @@ class Run(Record):
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
-    ``displaced``          contacts that press in the last displacement of this correction, by ascending numbers
-                           (`correction.number`); their count is ``displacing``
+    ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
+                           `slow` and in the first displacement of the last correction;  ``slowed_earlier``: in `slow`
+                           of the correction before that
+    ``expected``           depths up to which a correction first looks for pairs, in its first, second and later turns
+    ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -228,8 +242,12 @@ class Run(Record):
     families: Families
     contacts: Contacts
     elimination: Elimination
-    displacing: Whole
-    displaced: Annotated[Wholes, "most"]
+    displaced: Displaced
+    slowed: Displaced
+    slowed_earlier: Displaced
+    first: Displaced
+    borne: Annotated[Row, "most"]
+    expected: Annotated[Row, 3]
     problem: ContactProblem
     sweeping: Sweeping
     loads: Loads

@@ -124,3 +124,38 @@ def test_the_rate_of_the_gap_is_that_of_the_points(first, second):
             assert n @ (speed[0] - speed[1]) == pytest.approx(measured, abs=1e-4)
             compared += 1
     assert compared > 30
+
+
+@pytest.mark.parametrize("even", [0.0, 0.02])
+def test_what_a_wider_search_leaves_is_what_a_narrower_one_finds(even):
+    """Points, gaps and numbers, also where edges and corners beside a face carry; points keep their numbers."""
+    pair, rng, compared = Pair("box", "cube"), np.random.default_rng(5), 0
+    pairs, y = pair.of.pairs, pair.run.z
+    find, nearer, seek = (
+        loop.code("motion.families.narrow_phase", name) for name in ("find", "nearer", "seek")
+    )
+
+    def found():
+        slots = pairs.slots[: pairs.count]
+        return pairs.ids[: pairs.count].copy(), pairs.touch[slots].copy()
+
+    for k in range(200):
+        flat = Rotation.from_rotvec([0, 0, rng.normal()]) if k % 2 else Rotation.random(random_state=rng)
+        tilt = Rotation.from_rotvec(1e-2 * rng.normal(size=3))
+        pair.at(
+            [np.zeros(3), [0.3, 0.2, 0.6 + 0.02 * rng.normal()]], [Rotation.identity(), tilt * flat], 0.01
+        )
+        pair.of.patch.even = even
+        seek(pair.of, 0.0, y, 0.01)
+        ids, touch = found()
+        pair.of.patch.even = 0.0
+        find(pair.of, 0.0, y, 0.05)
+        wide = pairs.ids[: pairs.count].copy()
+        pair.of.patch.even = even
+        nearer(pair.of, 0.0, y, 0.01)
+        again, same = found()
+        np.testing.assert_array_equal(again, ids)
+        np.testing.assert_array_equal(same, touch)
+        assert even or len(ids) <= 1 or set(ids) <= set(wide)
+        compared += len(ids)
+    assert compared > 100
