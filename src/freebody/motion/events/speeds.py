@@ -46,14 +46,16 @@ centre: rows there differ from those at it by its root."""
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if an impact comes first, if a compliant contact presses, or a drive acts in a closed loop, if there is no
-    solution, or if a contact would close, also one at a place of a patch that has no features yet. Joints bear the load
-    of the last decision.
+    It is 0 if nothing touches, if an impact comes first, if a compliant contact presses, or a drive acts in a closed
+    loop, if there is no solution, or if a contact would close, also one at a place of a patch that has no features yet.
+    Joints bear the load of the last decision.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
     if approaches(it) != 0 or (machine.own > 0 and (machine.driven != 0 or it.moving != 0)):
         return 0
     choose_all(it)
+    if it.count == 0:
+        return 0
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             return 0
