@@ -120,6 +120,8 @@ class KernelSet:
         Name -> :class:`Kernel`.
     hoisted : int
         Length of the vector of hoisted constants.
+    parameters : int
+        Number of parameters.
     from_disk : bool
         True if the code was loaded from the disk.
     size : int
@@ -153,6 +155,7 @@ class KernelSet:
                 *(f"{s}.lanes" for s, name in zip(symbols, names, strict=True) if name in batch),
             ]
         addresses = library.addresses(["prologue", *symbols, *batches])
+        self.parameters = parameters
         self._prologue = Kernel(
             "parameters", library, addresses["prologue"], addresses.get("prologue.batch"), parameters, 0,
             self.hoisted, header["operations"][PROLOGUE],

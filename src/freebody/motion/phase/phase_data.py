@@ -60,7 +60,7 @@ class DataProgram:
         for name, program in self.programs.items():
             place, _, (size,) = self.data.placed[f"{name}_c"]
             given = np.concatenate([parameters, self.data.sides])
-            c[place : place + size] = program.constants(given[: program.compiled.prologue.state])
+            c[place : place + size] = program.constants(given[: program.compiled.parameters])
 
 
 def phase_data(
