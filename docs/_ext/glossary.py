@@ -62,7 +62,7 @@ DYNAMICS = [
     Term("friction ellipse", "(T1/μ1)² + (T2/μ2)² <= N²", "N", "friction with two coefficients, along a direction of the surface and across it", "model/contact.py:elliptic_friction"),
     Term("adhesion", "A", "N", "pull that a closed contact bears, N >= -A", "motion/events/moment.py:adhere"),
     Term("rolling resistance", "δ", "m", "length whose product with N bounds the moment against rolling", "model/resistance.py:Resistance"),
-    Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/events/impulses.py:together"),
+    Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/events/impacts/impacts.py:together"),
 ]  # fmt: skip
 FORMULAS = [
     Term("scalar", "", "", "number of any field: float, canonical polynomial, traced scalar", "scalar/algebra.py:Scalar"),

@@ -47,7 +47,7 @@ def turning(contacts: Sequence[Contact]) -> tuple[list[Contact], list[Parameter]
         edge = edge_of(contacts, contacts[first])
         names = f"{contacts[edge].name}_turn_cos", f"{contacts[edge].name}_turn_sin"
         cosine, sine = (sympy.Symbol(name, real=True) for name in names)
-        parameters += [Parameter(names[0], cosine, 1.0), Parameter(names[1], sine, 0.0)]
+        parameters += [Parameter(names[0], cosine, 1), Parameter(names[1], sine, 0)]
         rings.append(Ring(edge, first, names))
         ways = (cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine)
         for k, way in enumerate(ways, start=first):

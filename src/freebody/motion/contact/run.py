@@ -2,7 +2,7 @@
 
     between events   the usual loop integrates the compiled equations of one set of modes (open, stick, slip)
     events           a gap closes, N falls to zero, |T| reaches μ_s N, the slip stops, a contact leaves its surface
-    at an event      impulses if contacts approach (`impulses`), then modes from the contact problem of the
+    at an event      impulses if contacts approach (`impacts`), then modes from the contact problem of the
                      accelerations (`decision`)
 
 All this is one compiled loop (`event_loop`), which returns to be asked again: with a longer log, for progress, and for

@@ -8,7 +8,16 @@ from ...native.loop import Function, made, sibling
 
 _MODULES = tuple(
     sibling(__name__, name)
-    for name in ("event_loop", "decision", "impulses", "jumps", "phase_end", "log", "moment", "setting")
+    for name in (
+        "event_loop",
+        "decision",
+        "impacts.impacts",
+        "jumps",
+        "phase_end",
+        "log",
+        "moment",
+        "setting",
+    )
 )
 _CALLED = (
     "go_on",
@@ -38,10 +47,11 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, impulses, jumps, log, moment, phase_end, setting
+    from . import decision, event_loop, jumps, log, moment, phase_end, setting
+    from .impacts import impacts
 
     return {
         name: f
-        for module in (log, moment, jumps, phase_end, impulses, decision, setting, event_loop)
+        for module in (log, moment, jumps, phase_end, impacts, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

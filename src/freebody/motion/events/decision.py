@@ -23,8 +23,8 @@ from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .impulses import gather
 from .moment import choose, copy, largest, look, pull, size_of
+from .problem import gather
 from .setting import depends, listed, set_up
 from .shares import share
 

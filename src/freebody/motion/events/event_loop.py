@@ -17,10 +17,11 @@ from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
-from .bounces import end_rest, limited, unseen
 from .decision import begin_to_leave, decide
 from .event_run import EventRun
-from .impulses import collide, end_slow_slips, lift, take_approach, take_away
+from .impacts.bounces import end_rest, limited, unseen
+from .impacts.impacts import collide
+from .impacts.rests import end_slow_slips, take_approach, take_away
 from .jumps import (
     arrived,
     judge_sides,
@@ -35,7 +36,7 @@ from .log import log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
-from .setting import find_flights, project, set_bands, set_up, shortest_flight
+from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
 from .speeds import (

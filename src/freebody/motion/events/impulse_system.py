@@ -8,7 +8,7 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import product_of, row_of, slip_speed
+from .moment import copy, product_of, row_of, slip_speed
 
 
 @compiled
@@ -106,3 +106,39 @@ def applied(it: EventRun, contacts: Contacts, count: int) -> float:
             if it.ray[a, j] != 0.0:
                 it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
     return worst
+
+
+@compiled
+def move_speeds(it: EventRun) -> None:
+    """Apply the impulses of all rows to the state, and add their work."""
+    n, work = it.n, 0.0
+    for i in range(n):
+        it.v[i] = 0.0
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            for i in range(n):
+                it.v[i] += it.whole[r] * it.X[r * n + i]
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            work += it.whole[r] * (it.rate[r] + product_of(row_of(it, it.W, r), it.v, n) / 2.0)
+    if it.moving != 0:
+        work += work_of_drives(it)
+    it.impulses += work
+    for i in range(n):
+        it.y[it.n_q + i] += it.v[i]
+
+
+@compiled
+def work_of_drives(it: EventRun) -> float:
+    """Return b·Δu - Λ·w, the work of what imposes its motion, of T = uᵀM u/2 + b·u + T₀ and rates r = W u + w."""
+    state, out, result = it.trial, it.step, 0.0
+    copy(it.y, state, it.n_y)
+    for turn in range(2):
+        for i in range(it.n):
+            state[it.n_q + i] = it.v[i] if turn == 0 else -it.v[i]
+        it.energy(it.t, state, it.energy_c, out)
+        result += out[0] / 2.0 if turn == 0 else -out[0] / 2.0
+    for i in range(it.n):
+        state[it.n_q + i] = 0.0
+    it.rates_at(it.t, state, it.looking, it.x)
+    return result - product_of(it.whole, it.x, it.rows)

@@ -21,9 +21,8 @@ from . import event_run
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
-from .impulses import displace
 from .moment import choose_all, copy, look, normal_speed, product_of, row_of
-from .setting import normalise
+from .setting import displace, normalise
 from .slips import scale_of
 
 POINTS = 4

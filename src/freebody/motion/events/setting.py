@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser, root
+from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws
+from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
 from .impulse_system import add_row, impelled
-from .moment import largest, product_of, row_of, slip_speed
+from .moment import copy, largest, look, product_of, row_of, slip_speed
 
 
 @compiled
@@ -219,3 +220,49 @@ def set_bands(it: EventRun) -> None:
     phase = PhaseData(it.phase)
     for k in range(it.contacts):
         phase.band[k] = band_of(it, k)
+
+
+@compiled
+def lift(it: EventRun, contacts: Contacts) -> None:
+    """Move contacts that open from a slightly negative gap (closed within tolerance) to gap zero.
+
+    Their return is then a zero crossing of the gap; from a negative gap it would not be. It is the least motion that
+    leaves no gap of a closed contact negative, g + W dq >= 0, dq = M⁻¹ Wᵀ x, x >= 0: an impact without friction whose
+    speeds are gaps. Equations for all gaps would turn bodies by the gap over the distance of two contacts.
+    """
+    low, below, count, n = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
+    for k in range(it.contacts):
+        if it.closed[k] != 0:
+            below += 1 if it.gap[k] < -low and it.rate[it.first[k]] > it.still else 0
+            count = add_row(it, count, it.first[k], it.gap[k])
+    if below == 0:
+        return
+    contacts.contacts, contacts.rows, contacts.equalities = count, count, 0
+    for a in range(count):
+        contacts.at[a], contacts.tangents[a], contacts.given[a] = a, 0, it.goal[a]
+        contacts.friction[a] = contacts.static[a] = contacts.least[a] = 0.0
+        contacts.slides[a], contacts.held[a], contacts.presser[a] = 0, 0, -1
+        for b in range(count):
+            contacts.A[a * count + b] = product_of(
+                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
+            )
+    run_by(it.finding, contacts)
+    displace(it, contacts.forces, count)
+
+
+@compiled
+def displace(it: EventRun, impulses: Reals, count: int) -> None:
+    """Move the coordinates by M⁻¹ Wᵀ x, with numbers x for the rows of the list."""
+    n, machine, state = it.n, PhaseData(it.looking), it.trial
+    copy(it.y, state, it.n_y)
+    for i in range(n):
+        state[it.n_q + i] = 0.0
+    evaluated(it.t, state, machine)
+    copy(machine.q_dot, it.step, it.n_q)
+    for a in range(count):
+        for i in range(n):
+            state[it.n_q + i] += impulses[a] * it.X[it.list[a] * n + i]
+    evaluated(it.t, state, machine)
+    for i in range(it.n_q):
+        it.y[i] += machine.q_dot[i] - it.step[i]
+    look(it)

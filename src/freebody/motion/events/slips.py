@@ -15,8 +15,7 @@ from ..phase.mode_conditions import elsewhere
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .impulse_system import add_row, impelled
-from .impulses import move_speeds
+from .impulse_system import add_row, impelled, move_speeds
 from .log import log_phase, log_state
 from .moment import approaches, copy, is_smooth, largest, look, product_of, row_of, slip_speed
 from .setting import begins_slip, leaves_rest, project, set_up

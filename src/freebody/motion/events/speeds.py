@@ -20,7 +20,6 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .decision import decide
 from .event_run import EventRun
-from .impulses import gather
 from .jumps import forget_signs
 from .moment import (
     approaches,
@@ -34,6 +33,7 @@ from .moment import (
     size_of,
     slip_speed,
 )
+from .problem import gather
 from .setting import leaves_rest, normalise
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 

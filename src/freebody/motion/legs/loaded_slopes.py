@@ -3,7 +3,7 @@
     P = r (|F_a| + |F_b|),      dP = dr (|F_a| + |F_b|) + r (F_a·dF_a/|F_a| + F_b·dF_b/|F_b|)
 
 F is affine in the accelerations and forces of a motion: the jump of the speeds and the impulses take their place, and
-what F is without them is taken away (`events.loaded_impacts`).
+what F is without them is taken away (`events.impacts.loaded_impacts`).
 """
 
 from __future__ import annotations

@@ -13,11 +13,11 @@ for contacts whose impacts follow each other in no order, and for those that an 
 
 from __future__ import annotations
 
-from ...native.instructions import EPS, compiled, greater
-from . import event_run
-from .event_run import EventRun
-from .impulses import log_rest
-from .moment import copy, copy_wholes, largest, normal_speed
+from ....native.instructions import EPS, compiled, greater
+from .. import event_run
+from ..event_run import EventRun
+from ..moment import copy, copy_wholes, largest, normal_speed
+from .rests import log_rest
 
 ALONE, AMONG = 1e-9, 1e-11
 """Height below which the bounces of a contact end, relative to 1 m or the greatest coordinate, and where the forces of

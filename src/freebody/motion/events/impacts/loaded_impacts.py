@@ -9,13 +9,13 @@ those between impacts do (`phase.bearings`). The reactions of a blow are ``blown
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, run_by
-from ..cones.contacts import ACCEPTED, Contacts
-from ..phase.bearings import NEARLY, PASSES, SAME, load_of
-from ..phase.phase_record import PhaseData
-from . import event_run
-from .event_run import EventRun
-from .moment import append, copy, row_of
+from ....native.instructions import Reals, compiled, greater, run_by
+from ...cones.contacts import ACCEPTED, Contacts
+from ...phase.bearings import NEARLY, PASSES, SAME, load_of
+from ...phase.phase_record import PhaseData
+from .. import event_run
+from ..event_run import EventRun
+from ..moment import append, copy, row_of
 
 
 @compiled

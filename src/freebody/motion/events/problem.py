@@ -1,0 +1,85 @@
+"""The contact problem of the chosen contacts of a run, in compiled code."""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled
+from ..cones.contacts import Contacts
+from .event_run import EventRun
+from .moment import product_of, row_of, slip_speed
+
+
+@compiled
+def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
+    """Write the problem of the chosen contacts: of their speeds in an ``impact`` (1), else of accelerations.
+
+    Given forces, or bounds of friction, act for a ``time``; 1 for accelerations.
+    """
+    m = 0
+    contacts.contacts, contacts.equalities = it.count, 0
+    for i in range(it.count):
+        k = it.chosen[i]
+        contacts.at[i], contacts.tangents[i] = m, it.tangents[k]
+        speed = slip_speed(it, k)
+        contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
+        contacts.static[i] = it.coefficients[4 * k + 1]
+        contacts.least[i], contacts.held[i], contacts.slides[i] = time * it.given[k], it.held[k], 0
+        contacts.presser[i], presser = -1, it.presser[k]
+        if presser >= 0 and it.held[presser] != 0:
+            contacts.least[i] = time * it.given[presser]
+        elif presser >= 0:
+            contacts.presser[i] = place_of(it, i, presser)
+        if impact != 0:
+            contacts.static[i] = contacts.friction[i]
+        elif speed > it.still:
+            contacts.slides[i] = 1
+            for j in range(it.tangents[k]):
+                contacts.way[2 * i + j] = it.rate[it.first[k] + 1 + j] / speed
+        for j in range(1 + it.tangents[k]):
+            it.list[m] = it.first[k] + j
+            m += 1
+    contacts.rows = m
+    for a in range(m):
+        r = it.list[a]
+        contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
+        for b in range(m):
+            contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+    for i in range(it.count):
+        if it.compliant[it.chosen[i]] != 0:
+            press(contacts, contacts.at[i], contacts.least[i])
+        elif it.held[it.chosen[i]] != 0 and impact == 0:
+            contacts.given[contacts.at[i]] = rate_of_bound(contacts, i)
+
+
+@compiled
+def place_of(it: EventRun, i: int, k: int) -> int:
+    """Return the place of a contact in the list, up to the place i."""
+    while it.chosen[i] != k:
+        i -= 1
+    return i
+
+
+@compiled
+def press(contacts: Contacts, r: int, force: float) -> None:
+    """Let a given normal force act on all rates, and be no unknown: its row and column of A are zero then.
+
+    Its own rate, which is 0 or more as the law of contact has it, becomes the size of the parts of the acceleration:
+    beside it the others are judged.
+    """
+    m = contacts.rows
+    size = abs(contacts.given[r]) + force * contacts.A[r * m + r]
+    for a in range(m):
+        contacts.given[a] += force * contacts.A[a * m + r]
+        contacts.A[a * m + r] = 0.0
+    for a in range(m):
+        contacts.A[r * m + a] = 0.0
+    contacts.given[r] = size
+
+
+@compiled
+def rate_of_bound(contacts: Contacts, i: int) -> float:
+    """Return the greatest rate that the bounded friction of a joint gives its tangent.
+
+    It stands in its normal row, which moves nothing: beside it others are judged, where all of them vanish in balance.
+    """
+    r = contacts.at[i] + contacts.tangents[i]
+    return contacts.static[i] * contacts.least[i] * contacts.A[r * contacts.rows + r]
