@@ -89,7 +89,7 @@ class Request:
         if isinstance(self.method, RungeKutta):
             self.__dict__["method"] = self.method.name
         kernels, method = kernels_of(self.machine), self.method
-        if method != "timestepping":
+        if not isinstance(method, str) or method != "timestepping":
             kernels = kernels.by_events()
         model = kernels.model
         self.__dict__["kernels"] = kernels

@@ -278,7 +278,10 @@ def loop(
         module = builder.module
         kind = ir.FunctionType(ir.VoidType(), [T.as_pointer()] * 6)
         functions = [Function(module, kind, symbol[1:]) for symbol in pieces]
-        addresses = ir.ArrayType(kind.as_pointer(), len(pieces))(functions)
+        address = kind.as_pointer()
+        addresses = ir.ArrayType(address, len(pieces))(
+            [ir.FormattedConstant(address, function.name) for function in functions]
+        )
         table = ConstantTable(module, addresses, f"{name}.pieces")
         function = builder.load(builder.gep(table, [WHOLE(0), number]))
         builder.call(function, [*arrays, arrays[-1]])
