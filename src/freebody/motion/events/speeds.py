@@ -185,14 +185,14 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     none = ACCEPTED * largest(contacts.given, contacts.rows)
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
-    for i in range(it.count):
-        if contacts.presser[i] >= 0:
-            return 0
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for i in range(it.count):
-        k = it.chosen[i]
-        if it.held[k] != 0 or (it.closed[k] != 0 and contacts.forces[contacts.at[i]] > least):
+        k, p = it.chosen[i], i
+        if contacts.presser[i] >= 0:  # resistance to rolling and spinning follows its contact
+            p = contacts.presser[i]
+        presses = it.closed[it.chosen[p]] != 0 and contacts.forces[contacts.at[p]] > least
+        if it.held[k] != 0 or presses:
             n = it.tangents[k]
             stays = slip_speed(it, k) <= it.still and size_of(contacts.after[contacts.at[i] + 1 :], n) <= none
             rests = n > 0 and contacts.static[i] > 0.0 and stays
