@@ -349,7 +349,11 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     if status == RUNNING and it.implicit != 0 and is_slow(run) != 0:
         status = STIFF
     if status == RUNNING:
-        if creeps(it, n) != 0:
+        crept = creeps(it, n)
+        if crept != 0 and it.resting == 0 and fades(it) != 0:
+            it.crept = 0
+            return end_phase(it, run, contacts, COLLAPSED)
+        if crept > event_run.STALL:
             return event_run.STALLED
         if it.steps_left > 0:
             return RUNNING

@@ -64,6 +64,8 @@ PIECE, FEW = 256, 16
 STALL, STALL_TIME = 20_000, 1e-4
 """Number of steps within a time [s] at which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
+CREEPS = 1_000
+"""Number of such steps after which a slip that fades is decided by speeds."""
 
 # Where the loop goes on.
 ARRIVE, COLLIDE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(9)

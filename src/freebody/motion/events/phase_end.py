@@ -58,11 +58,11 @@ def is_slow(run: Run) -> int:
 
 @compiled
 def creeps(it: EventRun, steps: int) -> int:
-    """Return 1 if the run does not move on, else 0."""
+    """Return the number of steps in which the run has hardly moved on, 0 if it is small."""
     it.crept += steps
     if not it.t - it.crept_from <= event_run.STALL_TIME:
         it.crept, it.crept_from = 0, it.t
-    return 1 if it.crept > event_run.STALL else 0
+    return it.crept if it.crept > event_run.CREEPS else 0
 
 
 @compiled

@@ -163,9 +163,12 @@ def shaken():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(9), *range(10, 20), 31, 151])
+@pytest.mark.parametrize("seed", [*range(20), 31, 151, 355])
 def test_shaken_cylinders_keep_the_laws(seed):
-    """31 had 100,000 phases, and 151 the same modes again and again, where a slow wobble stops and slips."""
+    """31 had 100,000 phases, and 151 the same modes again and again, where a slow wobble stops and slips.
+
+    7, 9 and 355 crept where a slip of a can on its wall fades while its other end sticks.
+    """
     g = np.random.default_rng([77, seed])
     r, h = g.uniform(0.02, 0.06), g.uniform(0.01, 0.15)
     values = {
