@@ -22,10 +22,14 @@ def sliders(
     system: System, model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], near: Mapping[Any, Any],
     without: Collection[str] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Return sliders with their values, ranges and units; parameters named in ``without`` have none."""
+    """Return sliders with their values, ranges and units; parameters named in ``without`` have none.
+
+    Nor have those that a motion writes itself, the angles of the points of disks that lie flat.
+    """
     result = []
     about = about_of(system)
-    relevant = relevant_parameters(system, model, initial, near).difference(without)
+    turns = [name for ring in model.rings for name in ring.names]
+    relevant = relevant_parameters(system, model, initial, near).difference(without, turns)
     for parameter in model.parameters:
         name = parameter.name
         if name not in relevant:

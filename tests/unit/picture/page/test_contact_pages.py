@@ -13,6 +13,7 @@ from freebody.errors import FreebodyError, SimulationError
 from freebody.picture.moving.keyframes import keyframes
 from freebody.picture.page.animation import animation
 from freebody.picture.page.live import Live
+from freebody.picture.page.sliders import sliders
 
 G = 9.81
 
@@ -220,6 +221,20 @@ def test_the_live_page_follows_contacts():
 
 
 # --- plots -------------------------------------------------------------------------------------------------------
+
+
+def test_angles_that_a_motion_writes_have_no_sliders():
+    """The points on which a can stands turn with the load."""
+    s = fb.System("can")
+    s.gravity = (0, 0, -9.81)
+    pull = s.parameters(F=1.0)
+    can = s.body("can", fb.cylinder(1, 0.1, 0.3))
+    s.free("f", s.ground, can)
+    s.contact("table", can.circle(0.1, at=(0, 0, -0.15)), s.ground.plane(normal="z"), friction=0.8)
+    s.force("push", can.point(0, 0, 0.1), (pull, 0, 0), frame=s.ground)
+    motion = fb.simulate(s, 0.1, initial={"f_z": 0.15})
+    found = sliders(s, motion.kernels.model, motion.values, {"f_z": 0.15}, {})
+    assert [one["name"] for one in found if one["group"] == "values"] == ["F"]
 
 
 def test_no_curve_runs_through_a_jump(bouncing):
