@@ -15,7 +15,7 @@ from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
+from .moment import copy, is_smooth, largest, look, slip_speed
 from .setting import begins_slip, find_dead, set_up
 
 SAME = 1e-8
@@ -203,7 +203,10 @@ def has_forces(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def opens_pulling(it: EventRun, contacts: Contacts) -> int:
-    """Open the contact whose share pulls most, if the others hold it in place; return 1 if there is one, else 0."""
+    """Open the contact whose share pulls most; return 1 if there is one, and the others hold it in place, else 0.
+
+    If they do not, its mode is open only until the shares are named.
+    """
     found, least = -1, -event_run.SMALL * largest(contacts.forces, contacts.rows)
     for i in range(contacts.contacts):
         k = it.chosen[i]
@@ -212,13 +215,9 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
             found, least = k, it.speeds[it.first[k]] + bears
     if found < 0:
         return 0
-    copy_wholes(it.mode, it.before, it.contacts)
     it.mode[found] = laws.OPEN
     for r in range(it.contacts):
         if it.presser[r] == found:
             it.mode[r] = laws.OPEN
     find_dead(it, contacts)
-    if it.dead[found] != 0:
-        return 1
-    copy_wholes(it.before, it.mode, it.contacts)
-    return 0
+    return it.dead[found]
