@@ -173,7 +173,6 @@ def decision(it: EventRun, contacts: Contacts) -> int:
         look(it)
         it.stale = 0
     choose_all(it)
-    copy_wholes(it.mode, it.before, it.contacts)
     it.stage = event_run.SET_UP
     why = decide(it, contacts)
     if why == 0 and it.rings > 0:
