@@ -224,36 +224,36 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
 
 
 @compiled
+def is_slow(it: EventRun, k: int) -> int:
+    """Return 1 if a contact with friction slips in space so slowly that the slip soon has no direction, else 0."""
+    rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
+    return 1 if rough and slip_speed(it, k) <= laws.STOPPED else 0
+
+
+@compiled
 def fades(it: EventRun) -> int:
-    """Return 1 if a slip in space is so slow that it soon has no direction, and no step follows it; else 0."""
+    """Return 1 if a slip in space is slow, and no step follows it; else 0."""
     look(it)
     for k in range(it.contacts):
-        rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
-        if rough and slip_speed(it, k) <= laws.STOPPED:
+        if is_slow(it, k) != 0:
             return 1
     return 0
 
 
 @compiled
 def fading(it: EventRun) -> int:
-    """Return the contact whose slip in space begins below `STOPPED` and slows, or -1.
+    """Return the contact whose slip in space begins slow and slows further, or -1.
 
     Its speed does not pass the end of slips, and the direction turns at rates of 1/speed.
     """
-    slow = 0
+    known = 0
     for k in range(it.contacts):
-        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
-            slow += 1 if it.still < slip_speed(it, k) <= laws.STOPPED else 0
-    if slow == 0:
-        return -1
-    it.accelerations(it.t, it.y, it.phase, it.speeds)
-    for k in range(it.contacts):
-        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+        if is_slow(it, k) != 0 and slip_speed(it, k) > it.still:
+            if known == 0:
+                it.accelerations(it.t, it.y, it.phase, it.speeds)
+                known = 1
             r = it.first[k] + 1
-            if (
-                it.still < slip_speed(it, k) <= laws.STOPPED
-                and product_of(it.rate[r:], it.speeds[r:], 2) < 0.0
-            ):
+            if product_of(it.rate[r:], it.speeds[r:], 2) < 0.0:
                 return k
     return -1
 

@@ -188,9 +188,8 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for i in range(it.count):
-        k, p = it.chosen[i], i
-        if contacts.presser[i] >= 0:  # resistance to rolling and spinning follows its contact
-            p = contacts.presser[i]
+        k = it.chosen[i]
+        p = contacts.presser[i] if contacts.presser[i] >= 0 else i
         presses = it.closed[it.chosen[p]] != 0 and contacts.forces[contacts.at[p]] > least
         if it.held[k] != 0 or presses:
             n = it.tangents[k]

@@ -15,7 +15,7 @@ compliance, in the range of the rows. With S = G M⁻¹ Kᵀ and Q = G M⁻¹ G�
 
 where W = 1 gives the normal forces, and then W = N of the same contact for friction, and the mean of all N for the
 others: Σ N²/mean(N) + Σ |T|²/N is least, in which friction is shared in proportion to N. All W are forces, so that the
-units do not matter where normals are not parallel.
+units do not matter where normals are not parallel. What pulls has W = 0; if nothing presses, W = 1 remains.
 
 All is in `PhaseData`. A new set of modes is other integers there for the same code.
 
@@ -24,7 +24,7 @@ With M = L D Lᵀ, every row stands as D^-½ L⁻¹ Gᵀ, so that G M⁻¹ Kᵀ 
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, inlined, root
+from ...native.instructions import Integers, Reals, compiled, greater, inlined, root
 from ..cones.elimination import solved
 from . import laws
 from .contact_outputs import (
@@ -138,26 +138,30 @@ def shared(phase: PhaseData) -> int:
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
-        mean = mean_normal(phase, 1.0)
+        for j in range(phase.conditions):
+            weight[j] = greater(lam[j], 0.0)
+        mean = mean_normal(phase, weight, 1.0)
+        if not mean > 0.0:
+            return 1  # contacts without load have no friction to share: the first shares remain
         for j in range(phase.conditions):
             k = phase.source[j]
             if phase.normal_of[j] >= 0:
-                weight[j] = lam[phase.normal_of[j]]
+                weight[j] = greater(lam[phase.normal_of[j]], 0.0)
             elif k >= 0 and phase.held[k] != 0:
                 weight[j] = force_of(phase, k)[0]
             else:
                 weight[j] = mean
-        weighted(phase)  # contacts without load have no friction to share: the first shares remain
+        weighted(phase)
     return 1
 
 
 @compiled
-def mean_normal(phase: PhaseData, none: float) -> float:
-    """Return the mean of λ of the normals of contacts, or ``none`` if there are none."""
+def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
+    """Return the mean of the ``forces`` of conditions that are normals of contacts, or ``none`` if there are none."""
     total, count = 0.0, 0
     for i in range(phase.conditions):
         if phase.source[i] >= 0 and phase.row_of[i] == 0:
-            total += phase.lam[i]
+            total += forces[i]
             count += 1
     return total / count if count > 0 else none
 

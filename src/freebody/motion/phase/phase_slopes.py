@@ -256,7 +256,7 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
             weight[i] = 1.0
         goals(it, phase, 1)
         shared_change(it, phase, it.first_leans)
-        mean = mean_normal(phase, 0.0)
+        mean = mean_normal(phase, phase.lam, 0.0)
         for i in range(phase.conditions):
             k, change = phase.source[i], mean
             if phase.normal_of[i] >= 0:

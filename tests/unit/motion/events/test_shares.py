@@ -12,21 +12,27 @@ from freebody.motion.request import Request, problem_of
 from freebody.native import loop
 
 
-def test_a_stop_that_would_pull_opens_and_nothing_else_is_written():
-    """A torque away from a stop is held by dry friction: half of it would be a pull. What came before is kept."""
+@pytest.mark.parametrize("loaded", [False, True])
+def test_a_stop_that_would_pull_opens_and_nothing_else_is_written(loaded):
+    """A torque away from a stop is held by dry friction: half of it would be a pull. What came before is kept.
+
+    No other contact presses, or one does.
+    """
     s = fb.System("arm at its stop")
     arm = s.body("arm", fb.slender_bar(1, 1, axis="y"))
     joint = s.hinge("pin", s.ground, arm, axis="z", coordinate="q")
     s.stop("end", joint, high=0)
     s.friction("dry", joint, torque=1.0)
     s.torque("T", arm, (0, 0, -0.8))
-    block = s.body("block", fb.particle(1))
-    s.slider("rail", s.ground, block, axis="y", coordinate="y")
-    s.force("weight", block, (0, -9.81, 0))
-    s.contact("floor", block.point(0, 0, 0), s.ground.plane(normal="y"))
-    work = ContactRun.of(problem_of(Request(s, 1)), np.full(6, 1e-9), np.full(6, 1e-9))
+    if loaded:
+        block = s.body("block", fb.particle(1))
+        s.slider("rail", s.ground, block, axis="y", coordinate="y")
+        s.force("weight", block, (0, -9.81, 0))
+        s.contact("floor", block.point(0, 0, 0), s.ground.plane(normal="y"))
+    size = 6 if loaded else 4
+    work = ContactRun.of(problem_of(Request(s, 1)), np.full(size, 1e-9), np.full(size, 1e-9))
     it, names = work.it, list(work.names)
-    see(work, np.zeros(6))
+    see(work, np.zeros(size))
     contacts, stop, dry = work.memory.problem, names.index("end"), names.index("dry")
     assert code("decide")(it, contacts) == 0
     it.mode[stop], it.mode[dry], it.before[:] = laws.SLIDE, laws.STICK, 7
