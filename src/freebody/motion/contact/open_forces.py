@@ -13,6 +13,9 @@ from ..phase.snapshot import Snapshot
 from ..trajectory.phases import Segment
 from .state import ContactRun
 
+NO_EFFECT = 1e-9
+"""Motion by a force, relative to the greatest by another one, that is round-off."""
+
 
 class LoggedSegment(Segment):
     """A phase of the log, whose indeterminate forces are found when they are first asked for.
@@ -69,9 +72,10 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
     if not rows:
         return mask
     F = np.array(columns)
-    F = F / np.linalg.norm(F, axis=1, keepdims=True)
+    lengths = np.linalg.norm(F, axis=1, keepdims=True)
+    F = np.where(lengths > NO_EFFECT * lengths.max(), F / np.where(lengths > 0, lengths, 1), 0.0)
     left, sizes, _ = np.linalg.svd(F)
-    rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
+    rank = int((sizes > NO_EFFECT * sizes.max(initial=0)).sum())
     for i, group in enumerate(rows):
         if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
             mask[group] = True

@@ -24,7 +24,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .moment import choose, copy, largest, look, pull, size_of
-from .problem import gather
+from .problem import gather, is_unloaded
 from .setting import depends, listed, set_up
 from .shares import share
 
@@ -49,7 +49,8 @@ def decide(it: EventRun, contacts: Contacts) -> int:
         ends = it.reason[k] == event_run.NORMAL_ZERO
         if it.reason[k] == event_run.CONE_REACHED:  # else the friction may be constant, up to round-off
             ends = it.coefficients[4 * k + 1] > it.coefficients[4 * k + 3]
-        it.ends[k] = it.reason[k] if ends and it.hit == 0 else event_run.NO_REASON
+        goes = ends and it.hit == 0 and is_unloaded(it, k) == 0
+        it.ends[k] = it.reason[k] if goes else event_run.NO_REASON
     why = parted_modes(it, contacts)
     turn = 0
     while why == 0 and it.ties > 0 and turn < 2 * it.contacts:
@@ -222,7 +223,8 @@ def name(it: EventRun, contacts: Contacts) -> None:
             elif it.mode[k] == laws.STICK:
                 # those at their limits of friction slip together
                 limit = size_of(contacts.forces[at + 1 :], n) * f > event_run.SMALL
-                if slipping > 0 and limit and cone_margin(contacts, i) * f <= small:
+                begins = slipping > 0 and limit and cone_margin(contacts, i) * f <= small
+                if begins or (it.ends[k] == event_run.CONE_REACHED and is_unloaded(it, k) != 0):
                     it.mode[k] = laws.SLIDE
                 else:
                     it.tied[k] = 1
@@ -292,7 +294,8 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """
     set_up(it, contacts)
     length = go_straight(it)
-    phase, found, now, later = PhaseData(it.phase), 0, it.watch, it.watch_later
+    phase, found, unloaded = PhaseData(it.phase), 0, 0
+    now, later = it.watch, it.watch_later
     it.watched(it.t, it.y, it.phase, now)
     it.watched(it.t + length, it.trial, it.phase, later)
     for i in range(phase.endings):
@@ -307,6 +310,11 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
                 elif law == laws.CONE or law == laws.LINE_CONE:
                     it.ends[k], found = event_run.CONE_REACHED, found + 1
+                    unloaded += is_unloaded(it, k)
+    if unloaded > 0:
+        it.forces(it.t + length, it.trial, it.phase, it.speeds)
+        for k in range(it.contacts):
+            it.later[k] = it.speeds[it.first[k] + 1] if is_unloaded(it, k) != 0 else 0.0
     return found
 
 
@@ -369,6 +377,8 @@ def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
     for j in range(n):
         if contacts.slides[i] != 0:
             it.way[k, j] = contacts.way[2 * i + j]
+        elif begins and friction == 0.0:
+            it.way[k, j] = 1.0 if it.later[k] < 0.0 else -1.0
         elif begins:
             it.way[k, j] = -contacts.forces[at + 1 + j] / friction
         else:

@@ -183,7 +183,8 @@ class EventRun(Record):
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
     ``tied``, ``ties``            contacts of which a law holds with equality, and their number
     ``ends``                      which of these laws ends: a reason
-    ``way``                       direction of a slip that begins
+    ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
+                                  later, which gives it
     ``force``                     contact forces of the decision
     ``active``, ``actives``       independent conditions of contacts
     ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
@@ -337,6 +338,7 @@ class EventRun(Record):
     measure: Annotated[Row, "contacts"]
     apart: Annotated[Row, "contacts"]
     flight: Annotated[Row, "contacts"]
+    later: Annotated[Row, "contacts"]
     way: Annotated[Rows, "contacts", 2]
     way_before: Annotated[Rows, "contacts", 2]
     force: Annotated[Row, "rows"]

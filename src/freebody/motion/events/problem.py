@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ...native.instructions import compiled
 from ..cones.contacts import Contacts
-from .event_run import EventRun
-from .moment import product_of, row_of, slip_speed
+from .event_run import NOISE, EventRun
+from .moment import largest, product_of, row_of, slip_speed
 
 
 @compiled
@@ -47,7 +47,26 @@ def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
         elif it.held[it.chosen[i]] != 0 and impact == 0:
+            if is_unloaded(it, it.chosen[i]) != 0:
+                contacts.least[i] = contacts.given[contacts.at[i] + 1] = 0.0
             contacts.given[contacts.at[i]] = rate_of_bound(contacts, i)
+
+
+@compiled
+def is_unloaded(it: EventRun, k: int) -> int:
+    """Return 1 if the bound of a joint's dry friction is round-off, and so is its acceleration without it; else 0.
+
+    So is each joint of what falls freely from rest.
+    """
+    if it.held[k] == 0 or it.compliant[k] != 0 or it.tangents[k] != 1 or it.presser[k] >= 0:
+        return 0
+    r, size = it.first[k] + 1, 0.0
+    W = row_of(it, it.W, r)
+    for i in range(it.n):
+        size += abs(W[i])
+    noise = NOISE * size * largest(it.free, it.n)
+    bound = it.coefficients[4 * k + 1] * it.given[k] * product_of(W, row_of(it, it.X, r), it.n)
+    return 1 if abs(it.c[r]) <= noise and bound <= noise else 0
 
 
 @compiled

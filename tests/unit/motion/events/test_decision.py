@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import freebody as fb
 from cone_problems import Touching, contacts_of
 from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.contacts import EXACT
@@ -61,3 +62,33 @@ def test_what_is_zero_grows_with_the_residual(near):
     exact = at_the_limit(np.random.default_rng(1), 1)
     compiled_code()["find"](exact)
     assert exact.residual <= EXACT and rounded(exact, 1e-9) == 1e-9
+
+
+@pytest.mark.parametrize("force", [-5, 5])
+@pytest.mark.parametrize("drift", [0, 1, 3.552199467635486])
+def test_a_joint_without_load_slips_in_the_sense_that_its_load_will_give_it(force, drift):
+    """Two bodies fall from rest: load and acceleration of their joint are round-off, whose signs mean nothing.
+
+    A force that grows from zero loads the joint, whose sense of slip is that of the motion without friction.
+    """
+
+    def falling(coefficient):
+        s = fb.System("falling arm")
+        s.gravity = (0, -9.81, 0)
+        body, arm = (
+            s.body("body", fb.box(2, (0.4, 0.2, 0.2))),
+            s.body("arm", fb.slender_bar(0.7, 0.5, axis="y")),
+        )
+        s.planar("p", s.ground, body, coordinate="x y a")
+        pin = s.hinge("pin", body, arm, at=(0, 0.1, 0), to=(0, -0.25, 0), axis="z", coordinate="q")
+        s.force("F", body.origin, (f"{force}*sin(3*t)", 0, 0), frame=s.ground)
+        if coefficient:
+            s.friction("dry", pin, coefficient=coefficient, radius=0.03)
+        start = {"y": 1, "q": -0.19784157266705604, "x'": drift}
+        return fb.simulate(s, 0.2, initial=start, times=[0.1, 0.2])
+
+    free, rough = falling(0), falling(0.3)
+    assert len(rough.events) == 0
+    assert list(rough.contacts["dry"].mode) == ["slip+" if force > 0 else "slip-"] * 2
+    ratio = rough["q'"] / free["q'"]
+    assert (ratio > 0).all() and (ratio < 1).all()
