@@ -168,3 +168,19 @@ def test_a_leg_that_lies_flat_gives_way_where_friction_is_least():
     stepped = [fb.simulate(s, 0.6, initial=start, method="timestepping", step=h) for h in (1e-3, 5e-4)]
     off = [max(abs(m[n][-1] - motion[n][-1]) for n in names) for m in stepped]
     assert off[1] < 0.6 * off[0] < 2e-3
+
+
+def test_two_corners_that_sink_never_stick_while_the_box_turns():
+    """Flat on a soft floor both corners have one speed along it; a box that turns has two, and one of them slips."""
+    s = fb.System("box on a soft floor")
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.box(2, (0.5, 0.2, 0.2)))
+    s.planar("p", s.ground, box, coordinate="x y a")
+    soft = {"friction": 0.6, "normal": "9000*depth*(1 + 0.2*rate)"}
+    s.contact("c", box.corners(size=(0.5, 0.2)), s.ground.plane(normal="y"), **soft)
+    s.force("F", box.point(0, 0.05, 0), ("8*sin(20*t)", 0, 0), frame=s.ground)
+    motion = fb.simulate(s, 0.2, initial={"y": 0.1 - 9.81 / 9000})
+    assert motion.energy.relative_residual < 1e-9
+    for corner in motion.contacts.values():
+        sticks = corner.mode == "stick"
+        assert np.abs(corner.slip[sticks]).max(initial=0) < 1e-9

@@ -21,7 +21,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .jumps import switch_laws
-from .moment import copy, largest, look
+from .moment import copy, largest, look, slip_speed
 
 TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
@@ -112,11 +112,11 @@ def parted(it: EventRun) -> int:
         return 0
     slow = 1e3 * it.still
     for k in range(it.contacts):
-        if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0:
-            apart = abs(it.gap[k]) > it.near
-            for j in range(it.tangents[k]):
-                apart = apart or (it.mode[k] == laws.STICK and abs(it.rate[it.first[k] + 1 + j]) > slow)
-            if apart:
+        if it.mode[k] != laws.OPEN:
+            rigid = it.held[k] == 0 and it.presser[k] < 0
+            if (rigid and abs(it.gap[k]) > it.near) or (
+                it.mode[k] == laws.STICK and slip_speed(it, k) > slow
+            ):
                 it.blame = k
                 return 1
     return 0

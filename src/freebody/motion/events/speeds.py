@@ -264,13 +264,13 @@ def pass_dead_centre(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def distance_parted(it: EventRun) -> float:
-    """Return the largest distance by which a closed rigid contact has left its conditions in the last phase."""
+    """Return the largest distance by which a closed contact has left its conditions in the last phase."""
     result, time = 0.0, it.t - it.held_from
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0:
             result = greater(result, abs(it.gap[k]))
-            if it.mode[k] == laws.STICK:
-                result = greater(result, time * slip_speed(it, k))
+        if it.mode[k] == laws.STICK:
+            result = greater(result, time * slip_speed(it, k))
     return result
 
 
