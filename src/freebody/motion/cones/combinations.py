@@ -21,6 +21,7 @@ import math
 from ...native.instructions import compiled, greater, lesser, root
 from .contacts import AWAY, FORWARDS, PRESSED, Contacts
 from .elimination import solved
+from .newton import factor
 from .uniqueness import SMALL, behind, is_held
 
 MOST = 1 << 8
@@ -71,6 +72,41 @@ def motions(it: Contacts) -> int:
     if count == 2 and search(it, ROUNDED) == 1:  # large friction amplifies round-off in the inequalities
         return 1
     return search(it, SMALL) if count == 2 else count
+
+
+@compiled
+def shares_move(it: Contacts) -> int:
+    """Return 1 if one of two motions leaves forces open that move the machine, as where contacts with different
+    coefficients slide; else 0.
+
+    The motions are two of many then, between which the shares of the forces decide.
+    """
+    for _ in range(2):
+        count = unknowns(it)
+        if rank_of_answers(it, count, 1) > rank_of_answers(it, count, 0):
+            return 1
+        for i in range(it.contacts):
+            it.tried[i], it.tried[it.contacts + i] = it.tried[it.contacts + i], it.tried[i]
+    return 0
+
+
+@compiled
+def rank_of_answers(it: Contacts, count: int, whole: int) -> int:
+    """Return the rank of what the unknown forces of the combination ``tried`` add to the rates that are zero.
+
+    With ``whole`` 1 to all rates.
+    """
+    G, rows = it.normal, it.rows if whole != 0 else count
+    for p in range(count * count):
+        G[p] = 0.0
+    for a in range(rows):
+        row = a if whole != 0 else it.place[a]
+        for p in range(count):
+            it.best[p] = answer_to(it, p, row)
+        for p in range(count):
+            for q in range(count):
+                G[p * count + q] += it.best[p] * it.best[q]
+    return factor(G, count, it.factors, SMALL, it.left, it.order)
 
 
 @compiled
@@ -153,10 +189,10 @@ def ray_of(it: Contacts, i: int, j: int) -> float:
 
 
 @compiled
-def missed(it: Contacts) -> float:
-    """Set forces and rates of the combination ``tried``; return by how much a law is violated, relative to 1."""
-    m, count = it.rows, 0
-    for a in range(m):
+def unknowns(it: Contacts) -> int:
+    """Set the given forces of the combination ``tried``, and list the unknown ones; return their number."""
+    count = 0
+    for a in range(it.rows):
         it.forces[a] = 0.0
     for i in range(it.contacts):
         if is_held(it, i) != 0 and it.presser[i] < 0:
@@ -168,15 +204,27 @@ def missed(it: Contacts) -> float:
         if it.tried[i] == PRESSED and it.slides[i] == 0 and is_smooth(it, i) == 0 and is_away(it, i) == 0:
             for j in range(it.tangents[i]):
                 count = add_unknown(it, count, it.at[i] + 1 + j, -1)
+    return count
+
+
+@compiled
+def answer_to(it: Contacts, b: int, row: int) -> float:
+    """Return what one unit of an unknown force, with the friction that it brings, adds to a rate."""
+    k, result = it.owner[b], it.A[row * it.rows + it.place[b]]
+    for s in range(k, behind(it, k) if k >= 0 else k):
+        for j in range(it.tangents[s] if is_on_ray(it, s) != 0 else 0):
+            result += ray_of(it, s, j) * it.A[row * it.rows + it.at[s] + 1 + j]
+    return result
+
+
+@compiled
+def missed(it: Contacts) -> float:
+    """Set forces and rates of the combination ``tried``; return by how much a law is violated, relative to 1."""
+    count = unknowns(it)
     rated(it)
     for a in range(count):
         for b in range(count):
-            S = it.A[it.place[a] * m + it.place[b]]
-            k = it.owner[b]
-            for s in range(k, behind(it, k) if k >= 0 else k):
-                for j in range(it.tangents[s] if is_on_ray(it, s) != 0 else 0):
-                    S += ray_of(it, s, j) * it.A[it.place[a] * m + it.at[s] + 1 + j]
-            it.chosen[a * count + b] = S
+            it.chosen[a * count + b] = answer_to(it, b, it.place[a])
     for _ in range(REFINED):
         if least(it, count) == 0:
             return math.inf

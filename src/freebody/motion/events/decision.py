@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled, greater, lesser, root, run_by
-from ..cones.combinations import combinations, motions, take_first, typical_force, typical_rate
+from ..cones.combinations import combinations, motions, shares_move, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import alone, behind, depend, is_held, unique
@@ -145,7 +145,9 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
     if alone(contacts) == 0 and unique(contacts, rank) == 0 and depend(contacts) == 0:
         few = combinations(contacts)
         if few > 0 and motions(contacts) > 1:
-            return event_run.SEVERAL
+            if shares_move(contacts) == 0:
+                return event_run.SEVERAL
+            few = 0
     again = 1
     while again != 0:
         run_by(it.finding, contacts)
