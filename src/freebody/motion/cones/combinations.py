@@ -82,7 +82,8 @@ def shares_move(it: Contacts) -> int:
     The motions are two of many then, between which the shares of the forces decide.
     """
     for _ in range(2):
-        count = unknowns(it)
+        missed(it)
+        count = unknowns(it, SAME * typical_rate(it))
         if rank_of_answers(it, count, 1) > rank_of_answers(it, count, 0):
             return 1
         for i in range(it.contacts):
@@ -189,8 +190,11 @@ def ray_of(it: Contacts, i: int, j: int) -> float:
 
 
 @compiled
-def unknowns(it: Contacts) -> int:
-    """Set the given forces of the combination ``tried``, and list the unknown ones; return their number."""
+def unknowns(it: Contacts, still: float) -> int:
+    """Set the given forces of the combination ``tried``, and list the unknown ones; return their number.
+
+    A slip that begins at a rate of ``still`` or less is none, and its friction anything within the cone.
+    """
     count = 0
     for a in range(it.rows):
         it.forces[a] = 0.0
@@ -201,7 +205,8 @@ def unknowns(it: Contacts) -> int:
                 it.forces[it.at[i] + 1 + j] = it.least[i] * ray_of(it, i, j)
         elif it.presser[i] < 0 and it.tried[i] != AWAY:
             count = add_unknown(it, count, it.at[i], i)
-        if it.tried[i] == PRESSED and it.slides[i] == 0 and is_smooth(it, i) == 0 and is_away(it, i) == 0:
+        rests = it.tried[i] == PRESSED or (it.tried[i] > PRESSED and abs(it.after[it.at[i] + 1]) <= still)
+        if rests and it.slides[i] == 0 and is_smooth(it, i) == 0 and is_away(it, i) == 0:
             for j in range(it.tangents[i]):
                 count = add_unknown(it, count, it.at[i] + 1 + j, -1)
     return count
@@ -220,7 +225,7 @@ def answer_to(it: Contacts, b: int, row: int) -> float:
 @compiled
 def missed(it: Contacts) -> float:
     """Set forces and rates of the combination ``tried``; return by how much a law is violated, relative to 1."""
-    count = unknowns(it)
+    count = unknowns(it, -1.0)
     rated(it)
     for a in range(count):
         for b in range(count):

@@ -45,6 +45,7 @@ TURNS, AGREE = 50, 1e-13
 @compiled
 def decide(it: EventRun, contacts: Contacts) -> int:
     """Set modes, directions and forces of the chosen contacts. Return why there are none, or 0."""
+    it.choice = 0
     for k in range(it.contacts):
         ends = it.reason[k] == event_run.NORMAL_ZERO
         if it.reason[k] == event_run.CONE_REACHED:  # else the friction may be constant, up to round-off
@@ -147,7 +148,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
         if few > 0 and motions(contacts) > 1:
             if shares_move(contacts) == 0:
                 return event_run.SEVERAL
-            few = 0
+            few, it.choice = 0, 1
     again = 1
     while again != 0:
         run_by(it.finding, contacts)

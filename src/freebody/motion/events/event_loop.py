@@ -217,7 +217,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         if it.resting == 0 and decided_by_speeds(it, contacts, it.target - it.t) != 0:
             return RUNNING
         set_up(it, contacts)
-    decides = forces_decide(it, contacts) if it.spare_count > 0 else 0
+    decides = 1 if it.choice != 0 or (it.spare_count > 0 and forces_decide(it, contacts) != 0) else 0
     if decides != 0 and it.refuse != 0:
         return event_run.OPEN_FORCES
     longest, end = event_run.LONGEST, it.target

@@ -185,7 +185,7 @@ class EventRun(Record):
     ``ends``                      which of these laws ends: a reason
     ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
                                   later, which gives it
-    ``force``                     contact forces of the decision
+    ``force``, ``choice``         contact forces of the decision, and 1 if shares of open forces chose its motion
     ``active``, ``actives``       independent conditions of contacts
     ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
     ``taking``                    contacts whose speed is taken away
@@ -341,6 +341,7 @@ class EventRun(Record):
     later: Annotated[Row, "contacts"]
     way: Annotated[Rows, "contacts", 2]
     way_before: Annotated[Rows, "contacts", 2]
+    choice: Whole
     force: Annotated[Row, "rows"]
     active: Annotated[Wholes, "rows"]
     actives: Whole
