@@ -137,25 +137,36 @@ def test_a_joint_that_presses_itself_by_more_than_its_load_jams():
     assert "'beside' jam at t = 1 s" in failure(run, fb.assemble(s), {}, 1.0, np.zeros(2))
 
 
-def door(d, law, **joint):
-    """A door on a rough pin, seen from above, and a ball that flies towards it at a distance d from the pin."""
+def door(d, law, halves=False, **joint):
+    """A door on a rough pin, seen from above, and a ball that flies towards it at a distance d from the pin.
+
+    The outer half of the door may be a body of its own, welded to the inner one in a loop of joints.
+    """
     s = fb.System("door")
-    bar, ball = s.body("door", fb.slender_bar(3, 1, axis="y")), s.body("ball", fb.sphere(0.5, 0.1))
-    pin = s.hinge("pin", s.ground, bar, to=(0, -0.5, 0), axis="z", coordinate="turn")
+    if halves:
+        inner, bar = (s.body(name, fb.slender_bar(1.5, 0.5, axis="y")) for name in ("inner", "door"))
+        pin = s.hinge("pin", s.ground, inner, to=(0, -0.25, 0), axis="z", coordinate="turn")
+        s.planar("board", s.ground, bar, coordinate="x_o y_o turn_o")
+        s.weld("seam", inner, bar, at=(0, 0.25, 0), to=(0, -0.25, 0))
+    else:
+        bar = s.body("door", fb.slender_bar(3, 1, axis="y"))
+        pin = s.hinge("pin", s.ground, bar, to=(0, -0.5, 0), axis="z", coordinate="turn")
+    ball = s.body("ball", fb.sphere(0.5, 0.1))
     s.friction("dry", pin, coefficient=0.75, radius=0.1, **joint)
     s.slider("rail", s.ground, ball, at=(0, d, 0), axis="x", coordinate="x")
     s.contact("hit", ball.sphere(0.1), bar.plane(normal="-x"), restitution=0.5, impact=law)
     return s
 
 
+@pytest.mark.parametrize("halves", [False, True])
 @pytest.mark.parametrize("law", ["newton", "poisson"])
 @pytest.mark.parametrize("d", [0.9, 0.4])
-def test_the_impulse_of_friction_of_a_door_that_is_hit(law, d):
+def test_the_impulse_of_friction_of_a_door_that_is_hit(law, d, halves):
     """I ω = Λ d - ρ |F|,  F = m (L/2) ω - Λ,  ρ = r sin φ;   v⁺ - ω d = -e v₀,  m_b (v₀ - v⁺) = Λ.
 
     Beyond the centre of percussion F has the sense of the blow, else the other one.
     """
-    s, m, L, m_b, v0, e = door(d, law), 3, 1, 0.5, 2, 0.5
+    s, m, L, m_b, v0, e = door(d, law, halves), 3, 1, 0.5, 2, 0.5
     motion = fb.simulate(s, 0.1, initial={"x": -0.1, "x'": v0})
     rho, sense = friction_circle(0.75, 0.1), 1 if d > 2 * L / 3 else -1
     ratio = (m * L**2 / 3 + rho * sense * m * L / 2) / (d + rho * sense)  # Λ/ω
@@ -173,21 +184,21 @@ def test_a_hit_within_the_circle_of_friction_moves_nothing():
     assert friction_circle(0.75, 0.1) > 0.05
     assert np.abs(motion["turn"]).max() < 1e-15
     assert motion["x'"][-1] == pytest.approx(-1, rel=1e-12)
-    with pytest.raises(
-        fb.FreebodyError, match="collide, one after another or in a loop of joints.*'simultaneous'"
-    ):
+    with pytest.raises(fb.FreebodyError, match="collide one after another.*'simultaneous'"):
         fb.simulate(door(0.05, "newton"), 0.2, initial={"x": -0.1, "x'": 2}, impacts="sequential")
 
 
+@pytest.mark.parametrize("halves", [False, True])
 @pytest.mark.parametrize("d", [0.9, 0.4, 0.05])
-def test_the_impulse_of_friction_in_a_blow(d):
+def test_the_impulse_of_friction_in_a_blow(d, halves):
     """I ω = P d - ρ |F|,  F = m (L/2) ω - P; within the circle of friction the door stays."""
-    s, m, L, P = door(1, "newton"), 3, 1, 2
-    blow = fb.blow(0.1, at=s.bodies["door"].point(0, d - 0.5, 0), impulse=(P, 0, 0))
+    s, m, L, P = door(1, "newton", halves), 3, 1, 2
+    centre = 0.75 if halves else 0.5
+    blow = fb.blow(0.1, at=s.bodies["door"].point(0, d - centre, 0), impulse=(P, 0, 0))
     motion = fb.simulate(s, 0.2, initial={"x": -5}, impulses=[blow])
     rho, sense = friction_circle(0.75, 0.1), 1 if d > 2 * L / 3 else -1
     w = P * max(d + rho * sense, 0) / (m * L**2 / 3 + rho * sense * m * L / 2)
     told = motion.events[0]
     assert told.after["turn'"] == pytest.approx(-w, rel=1e-12, abs=1e-15)
-    assert ("no speed changes" in str(told)) == (d < rho)
-    assert motion.energy.relative_residual < 1e-10
+    assert halves or ("no speed changes" in str(told)) == (d < rho)
+    assert np.abs(motion.energy.residual).max() < 1e-12

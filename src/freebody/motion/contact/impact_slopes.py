@@ -99,6 +99,10 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
         A law that holds with equality, or contacts that would not collide together.
     """
     seen, contacts = slopes.look(hit.t, hit.before), slopes.model.contacts
+    for k in hit.chosen:
+        if contacts[k].loaded and slopes.scene.candidates.own > 0:
+            what = f"the load of a joint in a loop bounds the friction '{contacts[k].name}' in an impact"
+            raise refused(slopes, hit.t, what)
     approaching = [k for k in hit.chosen if seen.rate[slopes.scene.first[k]] < -hit.still]
     poisson = any(contacts[k].impact == "poisson" for k in approaching)
     if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.bearing_loads import shared
-from ...dynamics.conditions.constraints import rows as conditions
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
@@ -151,8 +150,6 @@ def struck(work: ContactRun, blow: Blow) -> None:
 def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
     """Let the friction of joints act in a blow, whose reactions press them."""
     it, model = work.it, work.model
-    if conditions(model):
-        check_blows(model, [blow], "loops of joints or other constraints")
     if blow.options["restitution"] is not None:
         check_blows(
             model, [blow], "the blow has a restitution of its own, of a surface that s.contact describes"
@@ -280,8 +277,8 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     if why == event_run.LOADED_IMPACT:
         return struck_load(
             work.model,
-            f"{impact}Contacts {names} collide, one after another or in a loop of joints.",
-            "Take impacts='simultaneous', for loops method='timestepping', or give the joint torque= or force=.",
+            f"{impact}Contacts {names} collide one after another.",
+            "Take impacts='simultaneous', or give the joint torque= or force=.",
         )
     if why == event_run.JAMMED:
         return jammed(work.model, t)

@@ -86,7 +86,7 @@ ARRIVE, COLLIDE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(9
     MIXED,  # contacts of both laws collide at once
     NO_IMPULSES,
     SEQUENCE,  # sequential impacts do not end
-    LOADED_IMPACT,  # contacts collide in sequence, or in a loop, and the load of a joint bounds its friction
+    LOADED_IMPACT,  # contacts collide in sequence, and the load of a joint bounds its friction
     JAMMED,  # the load of a joint grows with the friction that it bounds
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over

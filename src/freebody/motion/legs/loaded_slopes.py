@@ -54,7 +54,7 @@ class _Bearing:
         self.slopes, self.hit, self.place = slopes, hit, place
         n_q, n, rows = slopes.model.n_q, slopes.model.n_u, slopes.scene.rows
         self.moved, self.sizes = n_q + n, (n, rows)
-        # loads of joints in loops have no law of impact: multipliers are zero
+        # impacts of loops have no derivatives beside such friction: multipliers are zero
         jump, own = (hit.after - hit.before)[n_q : self.moved], np.zeros(slopes.scene.candidates.own)
         self.acting, self.still = np.concatenate([jump, hit.impulses, own]), np.zeros(n + rows + len(own))
         zero = np.zeros(self.moved + 1 + len(slopes.symbols))

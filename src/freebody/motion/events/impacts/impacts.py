@@ -24,7 +24,6 @@ from __future__ import annotations
 
 from ....native.instructions import compiled, greater, lesser, run_by
 from ...cones.contacts import ACCEPTED, Contacts
-from ...phase.phase_record import PhaseData
 from .. import event_run
 from ..event_run import EventRun
 from ..impulse_system import move_speeds
@@ -54,7 +53,7 @@ def strike(it: EventRun, contacts: Contacts) -> int:
             it.hit = 1
     if it.hit == 0:
         return 0
-    if it.loads > 0 and (it.sequential != 0 or PhaseData(it.looking).own > 0):
+    if it.loads > 0 and it.sequential != 0:
         return event_run.LOADED_IMPACT
     if it.loads > 0:
         append_loaded(it)

@@ -12,10 +12,12 @@ from __future__ import annotations
 from ....native.instructions import Reals, compiled, greater, run_by
 from ...cones.contacts import ACCEPTED, Contacts
 from ...phase.bearings import NEARLY, PASSES, SAME, load_of
+from ...phase.contact_outputs import row_taken
+from ...phase.phase_kernels import response
 from ...phase.phase_record import PhaseData
 from .. import event_run
 from ..event_run import EventRun
-from ..moment import append, copy, row_of
+from ..moment import append, copy
 
 
 @compiled
@@ -63,21 +65,26 @@ def bear(it: EventRun, contacts: Contacts) -> float:
 def react(it: EventRun, contacts: Contacts, machine: PhaseData, turn: int) -> None:
     """Set the outputs of bearings to the impulses of joints in compression, ``turn`` 0, or in expansion, 1.
 
-    The reactions are affine in accelerations and forces, whose place jumps and impulses take.
+    The reactions are affine in accelerations, forces and multipliers, whose place jumps and impulses take.
     """
     state, n, size = machine.state, it.n, event_run.LOADED * it.loads
-    jump = state[it.n_q + n :]
-    force = jump[n:]
+    acting = state[it.n_q + n :]
     copy(it.y, state, it.n_q + n)
-    for i in range(n + it.rows):
-        jump[i] = 0.0
+    for i in range(n + it.rows + machine.all_own):
+        acting[i] = 0.0
     bearings_of(it, machine, it.unstruck)
+    pushed, row = machine.free, machine.spare
+    for p in range(n):
+        pushed[p] = 0.0
     for a in range(contacts.rows):
         impulse = contacts.compressed[a] if turn == 0 else contacts.forces[a] - contacts.compressed[a]
-        X = row_of(it, it.X, it.list[a])
-        force[it.list[a]] = impulse
-        for i in range(n):
-            jump[i] += impulse * X[i]
+        machine.force[it.list[a]] = impulse
+        row_taken(machine, it.list[a], row)
+        for p in range(n):
+            pushed[p] += impulse * row[p]
+    response(machine, pushed, machine.udot)
+    for i in range(machine.conditions):  # those of the machine itself
+        machine.multiplier[machine.number[i]] = machine.lam[i]
     bearings_of(it, machine, machine.bearing)
     for i in range(size):
         if i % event_run.LOADED != 0:  # the first of each is its lever
