@@ -312,6 +312,8 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
+    if it.implicit != 0:  # a long first step has other solutions: it turns slips of 1e-8 m/s anywhere
+        run.h = lesser(run.h, it.pace) if run.h > 0.0 else it.pace
     run.longest = it.longest
     run.accepted = run.rejected = run.evaluated = run.events = run.blame = run.after_rejection = 0
     run.taken = run.suspect = run.calm = run.stiffness = run.sampled = 0
@@ -377,7 +379,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
         why = pass_dead_centre(it, contacts)
         return why if why != 0 else RUNNING
     if status == STIFF:  # the phase goes on by the other method
-        it.stage = event_run.LAUNCH
+        it.stage, it.pace = event_run.LAUNCH, run.h if it.implicit == 0 else 0.0
         return event_run.OTHER_METHOD
     if ends != 0:
         return TERMINAL
