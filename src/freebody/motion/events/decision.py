@@ -25,7 +25,7 @@ from . import event_run
 from .event_run import EventRun
 from .moment import choose, copy, largest, look, pull, size_of
 from .problem import gather, is_unloaded
-from .setting import depends, listed, set_up
+from .setting import begins_slip, depends, listed, set_up
 from .shares import share
 
 ALIKE = 1e-9
@@ -96,10 +96,22 @@ def loaded_modes(it: EventRun, contacts: Contacts) -> int:
 def borne(it: EventRun, contacts: Contacts) -> int:
     """Set the loads of joints to those of the modes; return 1 if they are others than those of the decision, else 0.
 
-    It is -1 if no loads agree with the friction that they bound.
+    It is -1 if no loads agree with the friction that they bound. A slip in space that begins has no speed, and the
+    direction of the decision.
     """
+    phase = PhaseData(it.phase)
+    for k in range(it.contacts):
+        if begins_slip(it, k) != 0:
+            it.mode[k] = laws.LIMIT
     set_up(it, contacts)
+    for k in range(it.contacts):
+        if it.mode[k] == laws.LIMIT:  # there friction is that at rest
+            for j in range(2):
+                phase.direction[k, j] *= it.coefficients[4 * k + 3] / it.coefficients[4 * k + 1]
     it.forces(it.t, it.y, it.phase, it.speeds)
+    for k in range(it.contacts):
+        if it.mode[k] == laws.LIMIT:
+            it.mode[k] = laws.SLIDE
     change, most = 0.0, 0.0
     for k in range(it.contacts):
         if it.loaded[k] != 0:
