@@ -34,6 +34,7 @@ NEAR, AMPLIFIED = 1e-6, 100.0
 """Residual of forces that show modes, and by how much more than it they may be wrong.
 
 Contacts at the limit of friction that share forces are not solved for to round-off, since cone and slip both vanish.
+So far loads of joints may stay from agreeing, where slips begin whose directions are those of small accelerations.
 """
 TURNS, AGREE = 50, 1e-13
 """Number of decisions in search of loads that agree with their modes, and their relative difference then."""
@@ -78,23 +79,24 @@ def loaded_modes(it: EventRun, contacts: Contacts) -> int:
 
     The loads of a decision follow from the equations of its modes, and the next decision takes these.
     """
-    why, turn = solved_modes(it, contacts), 0
+    why, turn, last = solved_modes(it, contacts), 0, 1.0
     while why == 0 and it.loads > 0:
         if it.ready == 0:
             return event_run.ASK_KERNELS
-        changed = borne(it, contacts)
-        if changed == 0:
+        change = borne(it, contacts)
+        if 0.0 <= change <= AGREE or NEAR >= change >= last:
             return 0
         turn += 1
-        if changed < 0 or turn > TURNS:
+        if change < 0.0 or turn > TURNS:
             return event_run.JAMMED
+        last = change
         why = solved_modes(it, contacts)
     return why
 
 
 @compiled
-def borne(it: EventRun, contacts: Contacts) -> int:
-    """Set the loads of joints to those of the modes; return 1 if they are others than those of the decision, else 0.
+def borne(it: EventRun, contacts: Contacts) -> float:
+    """Set the loads of joints to those of the modes; return their greatest change, relative to the greatest load.
 
     It is -1 if no loads agree with the friction that they bound. A slip in space that begins has no speed, and the
     direction of the decision.
@@ -117,10 +119,10 @@ def borne(it: EventRun, contacts: Contacts) -> int:
         if it.loaded[k] != 0:
             load = it.speeds[it.first[k]]
             if not math.isfinite(load):
-                return -1
+                return -1.0
             change, most = greater(change, abs(load - it.given[k])), greater(most, load)
             it.given[k] = it.load[k] = load
-    return 1 if change > AGREE * most else 0
+    return change / most if most > 0.0 else 0.0
 
 
 @compiled
