@@ -177,6 +177,11 @@ class Contact:
         return self.law is not None and self.law.loaded
 
     @property
+    def bounded(self) -> bool:
+        """True if a force bounds its friction that is known with the motion: a load of a joint, or a normal force."""
+        return self.loaded or (self.law is not None and bool(self.presser) and not self.law.contact.compliant)
+
+    @property
     def compliant(self) -> bool:
         """True if its normal force is a law of its depth."""
         return self.normal_force is not None
