@@ -179,7 +179,8 @@ class Contact:
     @property
     def bounded(self) -> bool:
         """True if a force bounds its friction that is known with the motion: a load of a joint, or a normal force."""
-        return self.loaded or (self.law is not None and bool(self.presser) and not self.law.contact.compliant)
+        law: Any = self.law
+        return self.loaded or (bool(self.presser) and not law.contact.compliant)
 
     @property
     def compliant(self) -> bool:

@@ -381,8 +381,8 @@ def paradox(work: ContactRun, why: int) -> SimulationError:
     undefined = [f"'{work.names[k]}'" for k in chosen if not np.isfinite(seen.friction[k])]
     if undefined:
         return SimulationError(
-            f"The friction of {' and '.join(undefined)} of '{work.model.name}' has no finite value at t = {it.t:.9g} s. "
-            f"Configuration: {where}. Write a law that has one wherever the contact is closed."
+            f"The friction of {' and '.join(undefined)} of '{work.model.name}' has no finite value at t = {it.t:.9g} "
+            f"s. Configuration: {where}. Write a law that has one wherever the contact is closed."
         )
     for i, k in enumerate(chosen):
         at, n = work.scene.first[k], work.scene.tangents[k]

@@ -238,8 +238,8 @@ def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]
     k, count = found.name, found.tangents if what in ("tangential", "slip") else 1
     if count == 0:
         raise SimulationError(
-            f"Expected a contact with tangents for '{value}', but '{name}' has none: nothing slips there. Its quantities "
-            f"are {', '.join(x for x in OF_CONTACTS if x not in ('tangential', 'slip', 'margin'))}."
+            f"Expected a contact with tangents for '{value}', but '{name}' has none: nothing slips there. Its "
+            f"quantities are {', '.join(x for x in OF_CONTACTS if x not in ('tangential', 'slip', 'margin'))}."
         )
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"
@@ -254,8 +254,8 @@ def _refuse_expressions(model: Model, text: str, where: str) -> None:
     for part in _QUANTITY.finditer(text):
         if part[0] != text and contact_named(model, part[1]) is not None:
             raise SimulationError(
-                f"Expected '{part[0]}' by itself in {where}: outputs take no expressions of quantities of contacts. Ask "
-                "for it, and compute with its numbers; events take such expressions."
+                f"Expected '{part[0]}' by itself in {where}: outputs take no expressions of quantities of contacts. "
+                "Ask for it, and compute with its numbers; events take such expressions."
             )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy
 
@@ -96,7 +97,8 @@ def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     """|T| and the greatest friction, with their values at the time of the diagram."""
     T = [now.lookup[sympy.Symbol(name, real=True)] for name in contact.tangent_names]
     if contact.held and not contact.bounded:
-        pressed = contact if contact.law is None or not contact.presser else contact.law.contact
+        law: Any = contact.law
+        pressed = law.contact if contact.presser else contact
         N = float(given_normal_force(e.model, now.state, pressed))
     else:
         N = now.lookup[sympy.Symbol(contact.normal_name, real=True)]
