@@ -204,3 +204,54 @@ def test_a_table_that_is_pulled_evenly_slides_and_one_that_turns_as_it_slides_is
 def test_an_unknown_choice_for_indeterminate_forces():
     with pytest.raises(SimulationError, match=r"Expected indeterminate='compliance' \(the limit of equal compliance\) or 'refuse', got 'most'"):  # fmt: skip  # noqa: E501
         fb.simulate(table(), 1, initial={"f_z": 0.4}, indeterminate="most")
+
+
+@pytest.mark.parametrize("friction", ["sqrt(0.1 + x)", "log(x)", "acos(x - 2)"])
+@pytest.mark.parametrize("speed", [0, 1])
+def test_friction_without_a_value(friction, speed):
+    s = fb.System("block")
+    s.gravity = (1, -G, 0)
+    block = s.body("block", fb.particle(1))
+    s.chain("move", s.ground, block, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", block.origin, s.ground.plane(), friction=friction)
+    with pytest.raises(SimulationError) as caught:
+        fb.simulate(s, 1, initial={"x": -1, "x'": speed})
+    said = (
+        "The friction of 'floor' of 'block' has no finite value at t = 0 s."
+        if speed
+        else "The friction of contact 'floor' has no value there."
+    )
+    assert f"{said} " in str(caught.value)
+    assert "Write a law that has one wherever the contact is closed." in str(caught.value)
+
+
+def test_outputs_of_a_stop_and_in_expressions():
+    s = fb.System("bar")
+    s.gravity = (0, -G, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="theta")
+    s.stop("wall", pin, low=-0.2)
+    motion = fb.simulate(s, 0.1, initial={"theta": 0.5})
+    for value, said in (
+        (
+            "wall.slip",
+            "Expected a contact with tangents for 'wall.slip', but 'wall' has none: nothing slips there. Its "
+            "quantities are gap, approach, normal, mode.",
+        ),
+        (
+            "2*wall.normal - 1",
+            "Expected 'wall.normal' by itself in output '2*wall.normal - 1': outputs take no expressions of quantities "
+            "of contacts. Ask for it, and compute with its numbers; events take such expressions.",
+        ),
+    ):
+        with pytest.raises(SimulationError) as caught:
+            motion[value]
+        assert str(caught.value) == said
+    s.parameters(u=0)
+    with pytest.raises(fb.errors.ModelError) as refused:
+        s.controller(lambda t, x: 0, 0.1, "u", sensors={"touch": "2.5*wall.normal"}, name="law")
+    assert str(refused.value) == (
+        "Expected an expression of coordinates, speeds, parameters and the time for sensor 'touch' of controller "
+        "'law', got 'wall.normal': quantities of contacts and joints are outputs of a motion. Write it in coordinates, "
+        "such as 'y - R' for the gap of a ball over a floor."
+    )

@@ -6,6 +6,8 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.cli import command as program
+from freebody.dynamics.motion import motion as accelerations
+from freebody.dynamics.state import float_state
 from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.exact import rolling_ball, spinning_ball
 from freebody.motion.contact.starting_modes import starting_modes
@@ -112,12 +114,40 @@ def test_equations_have_stick_and_free_rolling():
     stuck = fb.equations(s, modes={"floor": "stick", "floor_rolling": "stick"})
     assert "M_floor" in stuck.free_body("ball").text()
     assert len(stuck.constraints) == 3
-    with pytest.raises(ModelError) as caught:
-        fb.equations(s, modes={"floor": "stick", "floor_rolling": "slip+"})
-    assert str(caught.value) == (
-        "Expected 'stick' or 'open' for 'floor_rolling', got a slip: its moment is a multiple of the normal force of "
-        "'floor', which equations in modes do not have. Motions do."
-    )
+
+
+def test_equations_of_a_slip_have_the_normal_force_as_a_number():
+    s = ball(False, rolling="delta")
+    slowed = fb.equations(s, modes={"floor": "stick", "floor_rolling": "slip-"})
+    assert "M_floor  couple delta*N_floor_rolling" in slowed.free_body("ball").text()
+    answer = str(slowed.solve("x''", where={"N_floor_rolling": "N_floor"}))
+    assert answer == "x'' = -981*delta/14"  # 5 g δ/(7 R)
+    assert pytest.approx(rolling_ball(1, R, DELTA, G).deceleration, rel=1e-14) == 981 * DELTA / 14
+
+
+@pytest.mark.parametrize("soft", [{}, {"normal": "1e4*depth + 100*rate"}, {"adhesion": 2}], ids=str)
+def test_equations_of_a_slip_are_those_of_the_motion(soft):
+    s = ball(rolling="delta", spinning="nu", **soft)
+    start = {
+        "f_z": R - ("normal" in soft) * G / 1e4,
+        "f_vx": 1,
+        "f_vy": 0.2,
+        "f_wy": 10,
+        "f_wx": -2,
+        "f_wz": 3,
+    }
+    motion = fb.simulate(s, 0.02, initial=start)
+    assert (modes(motion, "floor_rolling")[0][0], modes(motion, "floor_spinning")[0][0]) == ("slip", "slip+")
+    drawn = fb.free_body_diagram(s, "ball", trajectory=motion, at=0.01)
+    assert "floor rolling: slip" in drawn.svg
+    e = fb.equations(s, modes={x.contact: x.mode for x in motion.modes})
+    now, values = motion.at(0.01), dict(motion.values)
+    if "normal" not in soft:
+        kinds = "rolling", "spinning"
+        values |= {f"N_floor_{kind}": float(motion[f"floor_{kind}.normal"][200]) for kind in kinds}
+    state = float_state(e.model, now.q.tolist(), now.u.tolist(), 0.01, values)
+    there = [motion[f"{name}'"][200] for name in e.model.speed_names]
+    assert accelerations(e.model, state).udot == pytest.approx(there, rel=1e-12)
 
 
 def test_files_check_and_report_keep_it(tmp_path):

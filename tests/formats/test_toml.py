@@ -463,6 +463,23 @@ def touching() -> fb.System:
     return s
 
 
+def test_round_trip_of_solids() -> None:
+    s = fb.System("solids")
+    body = s.body("body", fb.sphere(1, 0.1))
+    s.free("air", s.ground, body)
+    solids = {
+        "box": body.box((0.1, 0.2, 0.3), at=(0, 0, 0.1)),
+        "hull": body.hull((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        "capsule": body.capsule((0, 0, 0), (0, 0, 1), 0.1),
+        "drum": body.drum(0.1, 0.2),
+    }
+    for name, solid in solids.items():
+        s.contact(name, solid, s.ground.plane(normal="z"), friction=0.1)
+    result = again(s)
+    assert [c.name for c in fb.assemble(result).contacts] == [c.name for c in fb.assemble(s).contacts]
+    assert result.contacts["hull"].feature.corners == solids["hull"].corners  # type: ignore[attr-defined]
+
+
 def test_round_trip_of_contacts() -> None:
     result = again(touching())
     assert [c.name for c in fb.assemble(result).contacts] == [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -108,10 +109,25 @@ def controller(
                 f"Sensor '{key}' of {what} has the name of a {names_of(system).kinds[key]} of this system. "
                 "Choose another."
             )
+        _refuse_outputs(system, value, f"sensor '{key}' of {what}")
         expressions.append((key, system.expression(value, f"sensor '{key}' of {what}")))
     result = Controller(label, function, period, names, tuple(expressions))
     system.controllers[label] = result
     return result
+
+
+_OUTPUT = re.compile(r"(?<![\w.\]])([^\W\d]\w*)(?:\[[^\[\]]*\]\w*)?\.[^\W\d]\w*")
+
+
+def _refuse_outputs(system: Description, value: Any, what: str) -> None:
+    """Raise for a text that names an output of a motion, such as the gap of a contact, in place of the state."""
+    found = _OUTPUT.search(value) if isinstance(value, str) else None
+    if found is not None:
+        raise ModelError(
+            f"Expected an expression of coordinates, speeds, parameters and the time for {what}, got '{found[0]}': "
+            "quantities of contacts and joints are outputs of a motion. Write it in coordinates, such as 'y - R' for "
+            "the gap of a ball over a floor."
+        )
 
 
 def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:

@@ -177,6 +177,12 @@ class Contact:
         return self.law is not None and self.law.loaded
 
     @property
+    def bounded(self) -> bool:
+        """True if a force bounds its friction that is known with the motion: a load of a joint, or a normal force."""
+        law: Any = self.law
+        return self.loaded or (bool(self.presser) and not law.contact.compliant)
+
+    @property
     def compliant(self) -> bool:
         """True if its normal force is a law of its depth."""
         return self.normal_force is not None

@@ -3,6 +3,7 @@
 rigid       N, and T in stick, are forces of conditions;  T = -μ N d in slip acts with N
 adhesion    N is the force of a condition;  -μ A d in slip, of T = -μ (N + A) d, is a load
 bearing     T = -μ P d in slip is a load, of the load P of a joint, which is a number that its reaction gives
+rolling     M = -δ (N + A) d in slip is a load, as is that of spinning, of N + A of its contact as a number
 compliant   N = N(d, d') is a load, as is T = -μ N d in slip; T in stick is the force of a condition
 """
 
@@ -73,13 +74,19 @@ class Sliding(Load):
         contact = self.contact
         law = contact.law
         if law is not None:
-            (d,), (row,) = self.direction, law.tangents(at)
-            slip = d * law.slip(at) if contact.slows else 0
-            size = at.of(contact.friction, {SLIP: slip})
-            if contact.loaded:
+            way, rows = tuple(map(at, self.direction)), law.tangents(at)
+            if not way:
+                rates = law.rates(at)
+                slip = at.sqrt(sum((x * x for x in rates), 0))
+                way = tuple(divide(x, slip) for x in rates)
+            size = at.of(contact.friction, {SLIP: way[0] * law.slip(at) if contact.slows else 0})
+            if contact.bounded:
                 size = at(sympy.Symbol(contact.normal_name, real=True)) * size
-            for action in row:
-                yield action.times(-d * size)
+            elif contact.presser:
+                size = at.pressed(law.contact)[2] * size
+            for d, row in zip(way, rows, strict=True):
+                for action in row:
+                    yield action.times(-d * size)
             return
         it, v, N = at.pressed(contact)
         slips = [dot(t, v) for t in it.tangents]
@@ -146,11 +153,6 @@ def in_modes(model: Model, modes: Any) -> Model:
             continue
         if contact.compliant:
             given[contact.normal_name] = Pressing(contact, name=contact.normal_name)
-        if touching.slips and contact.presser:
-            raise ModelError(
-                f"Expected 'stick' or 'open' for '{contact.name}', got a slip: its moment is a multiple of the normal "
-                f"force of '{contact.presser}', which equations in modes do not have. Motions do."
-            )
         if touching.slips and not contact.frictionless and (contact.held or contact.adhesion != 0):
             name = contact.friction_name
             given[name] = Sliding(contact, touching.direction or (), name=name)
@@ -173,9 +175,11 @@ def in_modes(model: Model, modes: Any) -> Model:
 
 
 def pressures(model: Model, given: Mapping[str, Load]) -> list[Parameter]:
-    """Return the loads of joints that bound the friction of slips: they are known with the reactions, as numbers."""
+    """Return the forces that bound the friction of slips in joints, and what resists rolling and spinning: they are
+    known with the reactions, as numbers.
+    """
     known = {parameter.name for parameter in model.parameters}
-    names = [x.contact.normal_name for x in given.values() if isinstance(x, Sliding) and x.contact.loaded]
+    names = [x.contact.normal_name for x in given.values() if isinstance(x, Sliding) and x.contact.bounded]
     return [Parameter(name, sympy.Symbol(name, real=True), None) for name in names if name not in known]
 
 

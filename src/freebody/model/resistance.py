@@ -19,7 +19,6 @@ from ..describe.contacts.gap import Gap
 from ..describe.frame import Frame
 from ..describe.loads.action import Action, Couple
 from ..errors import ModelError
-from ..scalar.algebra import negate
 from .contact import Contact, Side
 
 ROLLING, SPINNING = "rolling", "spinning"
@@ -54,13 +53,20 @@ class Resistance(Gap):
 
     def tangents(self, at: Any) -> Sequence[Sequence[Action]]:
         """Return the couples of a moment of 1 N m about each axis."""
-        touch = at.pressed(self.contact)[0]
-        axes = touch.tangents if self.contact.planar is None else (self.contact.planar,)
         first, second = self.bodies
-        return [
-            (Couple(first, e), Couple(second, negate(e)))
-            for e in ((touch.normal,) if self.about == SPINNING else axes)
-        ]
+        return [(Couple(first, e), Couple(second, -e)) for e in self._axes(at)]
+
+    def rates(self, at: Any) -> Sequence[Any]:
+        """Return the angular velocity of the feature over the surface about each axis."""
+        first, second = self.bodies
+        turn = at.angular_velocity(first) - at.angular_velocity(second)
+        return [turn.dot(e) for e in self._axes(at)]
+
+    def _axes(self, at: Any) -> Sequence[Any]:
+        """Return the axes of the moments, in ground axes."""
+        touch = at.pressed(self.contact)[0]
+        tangents = touch.tangents if self.contact.planar is None else (self.contact.planar,)
+        return [at.vector(e) for e in ((touch.normal,) if self.about == SPINNING else tangents)]
 
 
 def with_resistances(contacts: Sequence[Contact], pairs: Mapping[str, Any]) -> tuple[Contact, ...]:

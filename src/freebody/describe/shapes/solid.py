@@ -77,6 +77,7 @@ class Hull(Solid, kind="hull"):
     """The convex hull of points."""
 
     words = {"points": "points"}
+    required = ()
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:

@@ -375,6 +375,12 @@ def paradox(work: ContactRun, why: int) -> SimulationError:
     )
     where = ", ".join(f"{name} = {x:.6g}" for name, x in state)
     criteria, alone = [], []
+    undefined = [f"'{work.names[k]}'" for k in chosen if not np.isfinite(seen.friction[k])]
+    if undefined:
+        return SimulationError(
+            f"The friction of {' and '.join(undefined)} of '{work.model.name}' has no finite value at t = {it.t:.9g} "
+            f"s. Configuration: {where}. Write a law that has one wherever the contact is closed."
+        )
     for i, k in enumerate(chosen):
         at, n = work.scene.first[k], work.scene.tangents[k]
         row = seen.between(range(at, at + 1 + n))[0]

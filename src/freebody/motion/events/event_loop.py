@@ -329,7 +329,6 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
     piece = event_run.PIECE if it.budget > event_run.PIECE else it.budget
-    piece = piece if it.implicit == 0 else event_run.FEW
     run.room = piece if it.steps_left > piece else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search

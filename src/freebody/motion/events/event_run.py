@@ -59,8 +59,9 @@ PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
 NO_PAUSE = 1 << 60
 """A budget that does not end."""
-PIECE, FEW = 256, 16
-"""Number of steps between two looks at the memory; of implicit ones between two looks at what makes them so."""
+PIECE = 16
+"""Number of steps between two looks at the memory, at a wish to stop, and at what makes steps implicit. A step of
+solids that lie on each other takes milliseconds, with all its events; with 256 the bits and times were the same."""
 STALL, STALL_TIME = 20_000, 1e-4
 """Number of steps within a time [s] at which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""

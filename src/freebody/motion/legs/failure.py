@@ -88,18 +88,27 @@ def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajec
 
 
 def _negative_friction(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
-    """Return the sentence about laws of friction that reach zero at the last state, up to the length of a step."""
+    """Return the sentence about laws of friction that reach zero at the last state, up to the length of a step, or
+    have no value there.
+    """
     state, model = _last_state(path, kernels, trajectory), kernels.model
-    varying = [c for c in model.contacts if c.slows or model.names.depends(c.friction, *MOVING)]
-    names = [
-        f"'{c.name}'"
-        for c in varying
-        if not friction_coefficient(model, state, c) > NEGLIGIBLE * (1 + state(c.static_friction))
-    ]
-    laws = (
-        f"The friction of contact {' and '.join(names)} falls to 0 there, and friction below 0 would drive."
-    )
-    return f" {laws} Write a law that stays above 0." if names else ""
+    falling, undefined = [], []
+    for c in model.contacts:
+        if not (c.slows or model.names.depends(c.friction, *MOVING)):
+            continue
+        try:
+            if not friction_coefficient(model, state, c) > NEGLIGIBLE * (1 + state(c.static_friction)):
+                falling.append(f"'{c.name}'")
+        except (ArithmeticError, ValueError):
+            undefined.append(f"'{c.name}'")
+    text = ""
+    if falling:
+        laws = f"The friction of contact {' and '.join(falling)} falls to 0 there, and friction below 0 would drive."
+        text += f" {laws} Write a law that stays above 0."
+    if undefined:
+        laws = f"The friction of contact {' and '.join(undefined)} has no value there."
+        text += f" {laws} Write a law that has one wherever the contact is closed."
+    return text
 
 
 def _numbers(action: Action) -> Sequence[Any]:

@@ -119,7 +119,7 @@ class _Legs:
         method: str | None = None, **options: Any,
     ) -> Path | Phases:  # fmt: skip
         """Return the path from a state with these values of the parameters, while the conditions may change."""
-        part = _Part(self, parameters, method or self.problem.request.method, options)
+        part = _Part(self, parameters, method or self.problem.request.method, work, options)
         watched = options.get("watch") is not None
         return self.conditions.path(part, parameters, rates, state, start, until, work, watched)
 
@@ -129,12 +129,14 @@ class _Part:
     """Part of a leg in which the same conditions are independent.
 
     ``method``    method of ordinary steps
+    ``work``      work of blows until now
     ``options``   further arguments of `Way`
     """
 
     legs: _Legs
     parameters: Array
     method: str
+    work: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __call__(
@@ -152,6 +154,7 @@ class _Part:
             kernels, self.parameters, method or self.method, rates, finer * legs.problem.tolerances, step=step,
             max_step=longest, max_steps=legs.remaining_steps, **options,
         )  # fmt: skip
-        path = joined(way.paths(state, start, until, finer * legs.absolute, legs.between, halt), kernels)
+        paths = way.paths(state, start, until, finer * legs.absolute, legs.between, halt)
+        path = joined(paths, kernels, self.work)
         legs.remaining_steps -= path.steps
         return path

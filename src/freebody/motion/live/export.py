@@ -81,8 +81,11 @@ def check_machine(kernels: Kernels) -> None:
     """Raise SimulationError for a machine whose motions cannot be computed live."""
     model = kernels.model
     without = "Write the page without live=True: it shows the motion that was computed here"
-    if model.families:
-        names = ", ".join(f"'{family.name}'" for family in model.families[:3])
+    whole = model.families or (
+        model.unrolled if model.patches else ()
+    )  # Python chooses the points of a patch
+    if whole:
+        names = ", ".join(f"'{family.name}'" for family in whole[:3])
         raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
     count = sum(1 + contact.tangents for contact in model.contacts)
     if count > MOST_ROWS:

@@ -305,8 +305,32 @@ class InSteps:
         )
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
-        """Return a warning if the steps have made more energy than the machine had."""
-        return self._made
+        """Return a warning if the steps have made more energy than the machine had, and for turns too far."""
+        return (*self._made, *self._turned)
+
+    @cached_property
+    def _turned(self) -> tuple[MotionWarning, ...]:
+        """A warning for each ball and free joint that turns by more than half a turn in a step.
+
+        A step turns by Cayley's 2 atan(|ω|h/2) < π: energy and momenta stay, the attitude does not follow.
+        """
+        model, path, h, result = self.kernels.model, self.path, self.stepping.step, []
+        for link in model.links:
+            if not link.own:
+                continue
+            turns = np.linalg.norm(path.states[:, model.n_q + link.u :][:, :3], axis=1) * h
+            far = np.flatnonzero(turns > np.pi)
+            if not len(far):
+                continue
+            first, most, end = float(path.times[far[0]]), float(turns.max()), float(path.end)
+            result.append(
+                MotionWarning(
+                    link.joint, "turns", first, f"'{link.joint}' turns by more than half a turn in a step", most,
+                    ((first, end),), "The attitude follows turns that are short beside that",
+                    f"Take a step shorter than {h / most:.3g} s, or method='auto'.", "rad",
+                )
+            )  # fmt: skip
+        return tuple(result)
 
     @cached_property
     def _made(self) -> tuple[MotionWarning, ...]:

@@ -31,6 +31,9 @@ TIMELINE = "modes"
 """Output that holds the contact modes with their start and end times."""
 AXES = "xyz"
 _REACTION = re.compile(r"(.+)\.(force|moment)(?:\.([xyz]))?\Z", re.DOTALL)
+_QUANTITY = re.compile(
+    rf"(?<![\w.])([^\W\d]\w*(?:\[[^\[\]]*\]\w*)?)\.({'|'.join(OF_CONTACTS)})(?:\.\d+)?(?![\w.])"
+)
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
 
 
@@ -222,6 +225,8 @@ def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]
     if not name:
         return {}
     found = contact_named(model, name)
+    if found is None or what not in OF_CONTACTS:
+        _refuse_expressions(model, text, where)
     if what not in OF_CONTACTS:
         if found is not None:
             raise SimulationError(
@@ -231,12 +236,27 @@ def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]
     if found is None:
         raise SimulationError(f"Unknown contact '{name}' in {where}; {meant_contact(model, name)}")
     k, count = found.name, found.tangents if what in ("tangential", "slip") else 1
+    if count == 0:
+        raise SimulationError(
+            f"Expected a contact with tangents for '{value}', but '{name}' has none: nothing slips there. Its "
+            f"quantities are {', '.join(x for x in OF_CONTACTS if x not in ('tangential', 'slip', 'margin'))}."
+        )
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"
         raise SimulationError(f"Expected {last}, got the output '{value}'.")
     if component is not None or count == 1:
         return {"": OfContact(k, what, component or 0)}
     return {f".{i + 1}": OfContact(k, what, i) for i in range(count)}
+
+
+def _refuse_expressions(model: Model, text: str, where: str) -> None:
+    """Raise for an expression in which a quantity of a contact is a part."""
+    for part in _QUANTITY.finditer(text):
+        if part[0] != text and contact_named(model, part[1]) is not None:
+            raise SimulationError(
+                f"Expected '{part[0]}' by itself in {where}: outputs take no expressions of quantities of contacts. "
+                "Ask for it, and compute with its numbers; events take such expressions."
+            )
 
 
 def _of_reaction(model: Model, value: Any) -> Mapping[str, OfReaction]:

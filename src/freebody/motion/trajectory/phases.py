@@ -172,8 +172,8 @@ def segments_of(path: SampledPath, kernels: Any, impulses: float = 0.0) -> Seque
     return path.segments if isinstance(path, Phases) else (Segment(cast(Path, path), kernels, impulses),)
 
 
-def joined(paths: Sequence[Path], kernels: Any) -> Path | Phases:
-    """Return the path of a run in one leg, or the legs of a run with the same programs."""
+def joined(paths: Sequence[Path], kernels: Any, impulses: float = 0.0) -> Path | Phases:
+    """Return the path of a run in one leg, or legs with the same programs; ``impulses`` as in a segment."""
     if len(paths) == 1:
         return paths[0]
-    return Phases([Segment(path, kernels) for path in paths], paths[-1].status)
+    return Phases([Segment(path, kernels, impulses) for path in paths], paths[-1].status)

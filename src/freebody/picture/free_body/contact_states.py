@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy
 
@@ -77,7 +78,7 @@ def _ellipse(e: Equations, contact: Contact, mode: str, N: str) -> tuple[str, st
 
 def _of_joint(contact: Contact) -> bool:
     """Return True for dry friction of a joint without regard to its load, which has no normal force."""
-    return contact.held and not contact.compliant and not contact.loaded
+    return contact.held and not contact.compliant and not contact.loaded and not contact.presser
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:
@@ -95,8 +96,10 @@ def _named(law: str, contacts: Sequence[Contact]) -> str:
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     """|T| and the greatest friction, with their values at the time of the diagram."""
     T = [now.lookup[sympy.Symbol(name, real=True)] for name in contact.tangent_names]
-    if contact.held and not contact.loaded:
-        N = float(given_normal_force(e.model, now.state, contact))
+    if contact.held and not contact.bounded:
+        law: Any = contact.law
+        pressed = law.contact if contact.presser else contact
+        N = float(given_normal_force(e.model, now.state, pressed))
     else:
         N = now.lookup[sympy.Symbol(contact.normal_name, real=True)]
     if contact.friction_across is not None:

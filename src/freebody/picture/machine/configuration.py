@@ -125,7 +125,8 @@ def equations_at(
         )
     t = _moment(trajectory, at)
     changes = [change for change in trajectory.modes if change.start <= t]
-    return equations(system, modes={change.contact: change.mode for change in changes})
+    # the model that moved has a contact for each pair of a family
+    return equations(trajectory.kernels.model, modes={change.contact: change.mode for change in changes})
 
 
 def modes_drawn(
@@ -314,10 +315,12 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
             f"Simulate the system that is drawn."
         )
     now = trajectory.at(time)
-    pressing = {one.normal_name for one in model.contacts if one.loaded}
+    pressing = {one.normal_name for one in model.contacts if one.bounded}
     found = _forces_at(model, trajectory, time) if pressing else {}
     loads = {name: found[name] for name in pressing}
-    values = {**trajectory.values, **{name: x for name, x in loads.items() if name in model.defaults}}
+    values = {
+        **_values_at(trajectory, time), **{name: x for name, x in loads.items() if name in model.defaults}
+    }  # fmt: skip
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
     moving = _determined(model, state, motion(model, state, active), trajectory, time)
@@ -360,9 +363,19 @@ def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
         program = segment.kernels.contact()
         forces = observe(
             program.address("force"), len(layout), times, segment.path.sample(times),
-            program.constants(segment.kernels.parameters(trajectory.values)),
+            program.constants(segment.values(segment.kernels.parameters(trajectory.values))),
         )[0]  # fmt: skip
     return {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
+
+
+def _values_at(trajectory: Any, time: float) -> Mapping[str, float]:
+    """Return the values of the parameters at a time of a motion: signals, controllers and places change them."""
+    segments = getattr(trajectory.path, "segments", None)
+    if segments is None:
+        return dict(trajectory.values)
+    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
+    values = segment.values(segment.kernels.parameters(trajectory.values)).tolist()
+    return dict(zip(trajectory.values, values, strict=True))
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...errors import SimulationError
@@ -73,6 +74,9 @@ def run(
     SimulationError
         No lane was run.
     """
+    import_module("xarray").Dataset(
+        coords={"lane": [0]}
+    )  # loaded before the first lane: no Ctrl-C waits for it
     job: Job = ready.job
     whole = (job.count,) if stages is None else tuple(stages)
     tally = Tally(whole[0], progress)

@@ -33,7 +33,10 @@ class Vocabulary:
 
     def __init__(self, e: Derivation) -> None:
         self.ring = e.ring
-        self.names: dict[str, Any] = dict(e.model.names.atoms)
+        # forces that bound friction in a mode are parameters of the model in this mode alone
+        self.names: dict[str, Any] = {p.name: p.symbol for p in e.model.parameters} | dict(
+            e.model.names.atoms
+        )
         self.accelerations = {speed.name + "'": speed.acceleration for speed in e.model.speeds}
         self.reactions: dict[str, Any] = {}
         self.owner: dict[str, str] = {}

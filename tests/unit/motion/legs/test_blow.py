@@ -95,3 +95,17 @@ def test_refusals():
         fb.simulate(s, -1, impulses=[fb.blow(0, at=body, impulse=(1, 0, 0))])
     with pytest.raises(SimulationError, match="is impossible: No impact"):
         fb.simulate(s, 1, impulses=[fb.blow(0.5, at=body, normal=(1, 0, 0), restitution=0.5)])
+
+
+def test_ledger_of_a_blow_before_a_law_switches():
+    s = fb.System("bar on a soft stop")
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="theta")
+    s.stop("wall", pin, low=-0.2, stiffness=500)
+    blows = [fb.blow(t, at=bar.origin, impulse=(0.3, 0.1, 0)) for t in (0.3, 0.54)]  # before it and on it
+    motion = fb.simulate(s, 1, initial={"theta": 0.5}, impulses=blows)
+    assert [event.name for event in motion.events][0] == "blow"
+    assert "wall leaves" in [event.name for event in motion.events]
+    assert motion.energy.impulses[-1] != 0
+    assert motion.energy.relative_residual < 1e-9

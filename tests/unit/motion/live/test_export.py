@@ -62,6 +62,20 @@ def test_contacts_of_whole_bodies():
     )
 
 
+def test_solids_that_touch_each_other_in_patches():
+    s = fb.System("bricks")
+    s.gravity = (0, 0, -9.81)
+    bodies = [s.body(name, fb.box(1, (0.1, 0.1, 0.1))) for name in "ab"]
+    for k, body in enumerate(bodies):
+        s.free(f"free_{body.name}", s.ground, body, at=(0, 0, k))
+    s.contacts("wall", [body.box((0.1, 0.1, 0.1)) for body in bodies], friction=0.5)
+    refused(
+        fb.simulate(s, 0.01),
+        "Expected contacts of named features for a live motion of 'bricks', got contacts of whole bodies, 'wall'. "
+        f"{WITHOUT}",
+    )
+
+
 def test_many_contacts():
     s = fb.System("comb")
     s.gravity = (0, -9.81, 0)

@@ -254,3 +254,28 @@ def test_the_kinetic_diagram_lies_along_the_axes_of_the_joint(beta: float) -> No
     m = numbers["m"]
     expected = m * (3.0 * directions["ma_Ct"] + 2.0 * directions["ma_Cn"])
     assert sum(map(vector, found)) == pytest.approx(expected)
+
+
+def test_diagrams_at_a_time_have_the_contacts_of_families_and_of_disks_that_lie():
+    s = fb.System("ball on a coin")
+    s.gravity = (0, 0, -10)
+    ball, coin = s.body("ball", fb.sphere(1, 0.1)), s.body("coin", fb.disk(1, 0.1))
+    s.free("air", s.ground, ball)
+    s.free("lying", s.ground, coin)
+    s.contacts("family", [ball.sphere(0.1), s.ground.plane(normal="z")], friction=0.5)
+    s.contact("tail", coin.circle(0.1), s.ground.plane(normal="z"), friction=0.5)
+    motion = fb.simulate(s, 0.1, initial={"air_z": 0.1, "air_x": 1})
+    assert "10 N" in fb.free_body_diagram(s, "ball", trajectory=motion, at=0.05).svg
+    assert fb.free_body_diagram(s, "coin", trajectory=motion, at=0.05).svg.count('class="force') >= 4
+
+
+def test_diagrams_at_a_time_have_the_inputs_of_controllers_then():
+    s = fb.System("cart")
+    cart = s.body("cart", fb.particle(2))
+    push = s.parameters(push=0.0)
+    rail = s.slider("rail", s.ground, cart, axis="x", coordinate="x")
+    s.force("motor", rail, push)
+    s.controller(lambda t, x: 1 + (t > 0.45), 0.1, "push", name="law")
+    motion = fb.simulate(s, 1)
+    drawn = [fb.free_body_diagram(s, "cart", trajectory=motion, at=t).svg for t in (0.2, 0.8)]
+    assert "= 1 N" in drawn[0] and "= 2 N" in drawn[1]
