@@ -127,7 +127,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         "kind": kind,
         "missing": missing,
         "names": motion.names,
-        "values": motion.values,
+        "values": motion.numbers,
         "active": motion.kernels.active,
         "specs": [(spec.name, spec.direction, spec.terminal, str(spec.expression)) for spec in motion.specs],
         "samples": samples,

@@ -20,8 +20,10 @@ from ...scalar.algebra import HALF, Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG, SUB, Tape, Traced
 from ..ode.dense_output import Array, outputs_at
+from .hoisted import Hoisted
 from .kernels import Kernels
 from .program import Program
+from .sided_run import SidedRun, sided_run
 
 BENDING = ("abs", "min", "max")
 """Functions that bend where their e is zero, and do not jump."""
@@ -112,10 +114,17 @@ class SidedKernels(Kernels):
         return tape, state, [*parameters, *(side for side, _ in tape.sides.values())]
 
 
+def laws_of(state: State) -> list[Scalar]:
+    """Return the e of the laws that have sides on the tape of a state."""
+    tape = state.field
+    return [e for _, e in tape.sides.values()] if isinstance(tape, SidedTape) else []
+
+
 def unsided(state: State) -> State:
     """Return a state on the same tape, whose laws switch by themselves; a state keeps the values it has found."""
     tape = state.field
-    assert isinstance(tape, SidedTape)
+    if not isinstance(tape, SidedTape):
+        return state
     tape.sided = False
     return traced_state(state.model, tape)
 
@@ -165,14 +174,14 @@ class Sides:
         self.kernels = SidedKernels(whole)
         self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.laws: tuple[Law, ...] = ()
-        self.program: Program = self.kernels.program("laws", self._functions, whole.model.n_u)
+        self.program: Program = self.kernels.program("laws", self.functions, whole.model.n_u)
 
     @property
     def texts(self) -> tuple[str, ...]:
         """Return e of each law."""
         return tuple(law.text for law in self.laws)
 
-    def _functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
+    def functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
         """Return e, ė and, of a law of order 2, ë of every law; ``udot`` are the rates of the speeds."""
         model, tape = self.whole.model, state.field
         assert isinstance(tape, SidedTape)
@@ -190,6 +199,12 @@ class Sides:
             laws.append(Law(str(tape.to_sympy(e)), k in tape.jumps, order))
         self.laws = tuple(laws)
         return {"laws": outputs}
+
+    def run(self, n_y: int, hoisted: Hoisted) -> SidedRun:
+        """Return the memory of a run, whose sides are the last of the parameters of ``hoisted``."""
+        constants = np.zeros(self.program.compiled.hoisted)
+        self.program.follow(hoisted, constants)
+        return sided_run(self, n_y, hoisted, self.program.address("laws"), constants)
 
     def start(self, t: float, y: Array, parameters: Array) -> Array:
         """Return the sides of all laws at a state, 0 where e is zero."""
