@@ -37,9 +37,7 @@ def way_of(
     kernels: Kernels, parameters: Array, method: str, rates: Rates, relative: Array, **options: Any
 ) -> Way:
     """Return the way of runs of a machine, by legs where its laws switch."""
-    alone = (
-        method == "structure" or method in SINGLE_STEPS
-    )  # these end where their steps do, and nowhere else
+    alone = method in SINGLE_STEPS  # these end where their steps do, and nowhere else
     sides = None if alone else sides_of(kernels)
     if sides is None:
         return Way(kernels, parameters, method, rates, relative, **options)
