@@ -40,6 +40,15 @@ def test_machines_without_derivatives():
     refused(s, start, ["g"], message, until=20, start="g")
 
 
+def test_laws_of_contacts_that_jump():
+    s, start = boxes(friction="3/10 + 1/10*sign(y0 - 1)")
+    message = (
+        r"^Expected laws of contacts that do not jump for sensitivities=, but that of 'c0' has a sign\(...\), where "
+        r"the rates jump. Write tanh\(x/width\) for sign\(x\). Or take differences of runs with values= that differ.$"
+    )
+    refused(s, start, ["e"], message)
+
+
 def test_events_that_have_no_derivative():
     s, start = boxes(2)
     message = (

@@ -327,7 +327,7 @@ class Watching:
     @property
     def parameters(self) -> int:
         """Number of parameters."""
-        return len(self.patches.model.parameters)
+        return 0 if self.own is None else int(self.own.compiled.parameters)
 
     def address(self, name: str) -> int:
         """Address of the kernel."""

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+import sympy
 
 from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import NoDerivativesError, SimulationError, nearest
@@ -17,6 +18,7 @@ from ..events import event_run
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.methods import check_method_of_phases
 from ..kernels.program import Program
+from ..kernels.sides import switching_contacts
 from ..kernels.switches import value_of
 from ..legs.blow import blows_of
 from ..legs.blow_slopes import check_blow
@@ -64,6 +66,13 @@ def check_touching(request: Request) -> None:
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
             f"'{model.name}'. {CURE_OF_MACHINES}"
         )
+    for contact in switching_contacts(model):
+        laws = contact.friction, contact.static_friction, contact.normal_force
+        if any(isinstance(law, sympy.Basic) and law.has(sympy.sign) for law in laws):
+            raise NoDerivativesError(
+                f"Expected laws of contacts that do not jump for sensitivities=, but that of '{contact.owner}' has a "
+                f"sign(...), where the rates jump. Write tanh(x/width) for sign(x). Or t{CURE_OF_MACHINES[1:]}"
+            )
     check_start(request)
     if not model.contacts:
         check_method_of_phases(

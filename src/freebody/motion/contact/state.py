@@ -106,7 +106,7 @@ class ContactRun:
             tuple(spec.terminal for spec in specs),
             len(problem.specs),
         )
-        self = cls(kernels, problem.numbers, watched=watched, sided=sided and not kernels.model.patches)
+        self = cls(kernels, problem.numbers, watched=watched, sided=sided)
         self.specs, self.asked, self.method = specs, watched.asked, watched.method
         self.shared = request.indeterminate == "compliance"
         self.blows, self.called = list(blows), tuple(called)

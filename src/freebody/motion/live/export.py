@@ -87,6 +87,9 @@ def check_machine(kernels: Kernels) -> None:
     if model.families:
         names = ", ".join(f"'{family.name}'" for family in model.families[:3])
         raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
+    if model.patches:
+        names = ", ".join(sorted({f"'{patch.whole.owner}'" for patch in model.patches}))
+        raise _refusal(model, "contacts at single points", f"solids that touch in patches, {names}", without)
     count = sum(1 + contact.tangents for contact in model.contacts)
     if count > MOST_ROWS:
         raise _refusal(

@@ -62,6 +62,18 @@ def test_contacts_of_whole_bodies():
     )
 
 
+def test_solids_that_touch_in_patches():
+    s = fb.System("box")
+    body = s.body("box", fb.box(1, (1, 1, 1)))
+    s.free("f", s.ground, body)
+    s.contacts("faces", [body.box((1, 1, 1)), s.ground.box((9, 9, 1), at=(0, 0, -0.5))], friction=0)
+    refused(
+        fb.simulate(s, 0.01, initial={"f_z": 0.6}),
+        f"Expected contacts at single points for a live motion of 'box', got solids that touch in patches, 'faces'. "
+        f"{WITHOUT}",
+    )
+
+
 def test_many_contacts():
     s = fb.System("comb")
     s.gravity = (0, -9.81, 0)

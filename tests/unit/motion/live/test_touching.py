@@ -226,6 +226,18 @@ def test_a_dip_within_one_step_is_found(beside):
     assert live()[-1, 0] == pytest.approx(-down * s - 5 * K * s * s / 2, abs=1e-8)
 
 
+def test_a_narrow_strip_of_friction_is_found():
+    """μ = 0.6 between x = 1 and x = 1.002, else none: v² falls by 2 μ g w."""
+    s = fb.System("block")
+    s.gravity = (0, -G, 0)
+    body = s.body("block", fb.particle(1))
+    s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    law = "3/10 - 3/10*sign((x - 1)*(x - 1 - 2/1000))"
+    s.contact("floor", body.origin, s.ground.plane(normal="y"), friction=law)
+    live = Here(fb.simulate(s, 1, initial={"x'": 4.0}))
+    assert live()[-1, 2] == pytest.approx(np.sqrt(16 - 2 * 0.6 * G * 2e-3), abs=1e-12)
+
+
 def test_a_law_that_drives_back_from_either_side_is_told():
     live = Here(switched("-k*sign(x')", False, 0.005, **{"x'": 1.0}))
     live.memory.until = 1.0

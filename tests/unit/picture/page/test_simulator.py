@@ -286,6 +286,7 @@ def test_contacts_follow(page, tmp_path):
     page.offline()
 
 
+@pytest.mark.slow
 @in_a_browser
 def test_laws_that_switch_follow_and_stick(page, tmp_path):
     """x'' = -k sign(x) - c sign(x') swings; without k it sticks after v/c, which the page says."""
