@@ -203,7 +203,7 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
         "loose": segment.loose,
         "impulses": segment.impulses,
         "switched": segment.parameters is not None,
-        "signs": _signs(path),
+        "signs": kernels.sides if isinstance(kernels, Phase) else _signs(path),
         **{name: getattr(path, name) for name in COUNTS},
     }
 

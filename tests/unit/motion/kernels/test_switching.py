@@ -177,6 +177,7 @@ def test_files_and_pickles_keep_the_sides(tmp_path):
     motion.save(tmp_path / "edge.nc")
     for copy in (pickle.loads(pickle.dumps(motion)), fb.Trajectory.load(tmp_path / "edge.nc")):
         assert (copy.path.sample(times) == motion.path.sample(times)).all()
+        assert (copy.path.sample(times, dense=True) == motion.path.sample(times, dense=True)).all()
 
 
 def test_runs_again_with_other_values():
