@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,7 +19,7 @@ from ..events import event_run
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.methods import check_method_of_phases
 from ..kernels.program import Program
-from ..kernels.sides import switching_contacts
+from ..kernels.sides import sides_of, switching_contacts
 from ..kernels.switches import value_of
 from ..legs.blow import blows_of
 from ..legs.blow_slopes import check_blow
@@ -29,10 +30,11 @@ from ..legs.sensitivity import (
     check_start,
     slopes_of,
 )
+from ..legs.switch_slopes import CURE
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
-from ..request import Request, problem_of
+from ..request import Problem, Request, problem_of
 from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
@@ -41,6 +43,7 @@ from ..trajectory.in_legs import phases_of
 from ..trajectory.outputs import OfContact, OfReaction
 from ..trajectory.peaks import Peak, peaks
 from ..trajectory.phases import Segment
+from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
@@ -99,6 +102,35 @@ def tips_at(history: History) -> float | None:
     return None
 
 
+def refuse_dips(trajectory: Trajectory, problem: Problem, between: Progress) -> None:
+    """Refuse a motion whose steps, which keep no sides, pass a switch of a law that jumps without a sign of it.
+
+    The motion with sides tells. Controllers, whose functions remember, are not called again for it.
+    """
+    sides, model = sides_of(problem.kernels), problem.model
+    jumping = (
+        () if sides is None or model.controllers else [k for k, law in enumerate(sides.laws) if law.jumps]
+    )
+    if sides is None or not jumping:
+        return
+    segments, p = phases_of(trajectory).segments, problem.kernels.parameters(problem.numbers)
+    steps = np.concatenate([segment.path.times for segment in segments])
+    e = [sides.e(t, y, p) for one in segments for t, y in zip(one.path.times, one.path.states, strict=True)]
+    near = SAME * (problem.end - problem.begin)
+    found = phases_of(touching_motion_of(problem, between)[0]).segments
+    for before, after in itertools.pairwise(found):
+        t, there = after.path.start, sides.e(after.path.start, after.path.states[0], p)
+        first, last = np.searchsorted(steps, t - near) - 1, np.searchsorted(steps, t + near)
+        for k in jumping if first >= 0 and last < len(steps) else ():
+            switches = before.kernels.sides[k] * after.kernels.sides[k] < 0
+            low, high = e[first][k], e[last][k]
+            if switches and abs(there[k]) <= ALIKE * max(abs(low), abs(high)) and low * high > 0:
+                raise NoDerivativesError(
+                    f"The motion has no derivatives by the unknowns of sensitivities= after t = {steps[first]:.9g} s, "
+                    f"where a law switches as {sides.laws[k].text} passes zero: its steps do not see it. {CURE}"
+                )
+
+
 def sensitive_touching_motion(request: Request) -> Trajectory:
     """Return the motion of a machine with contacts, with its derivatives.
 
@@ -127,6 +159,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
         trajectory, history = touching_motion_of(problem, between, sided=False)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
+        refuse_dips(trajectory, problem, between)
         tips = tips_at(history)
         if tips is not None:
             raise NoDerivativesError(

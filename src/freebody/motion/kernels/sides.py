@@ -242,6 +242,10 @@ class Sides:
 
     def start(self, t: float, y: Array, parameters: Array) -> Array:
         """Return the sides of all laws at a state, 0 where e is zero."""
+        return np.sign(self.e(t, y, parameters))
+
+    def e(self, t: float, y: Array, parameters: Array) -> Array:
+        """Return e of all laws at a state, with the sides there."""
         sides, moved = np.zeros(len(self.laws)), self.whole.model.n_q + self.whole.model.n_u
         argument = np.concatenate([y[:moved], np.zeros(self.whole.model.n_u)])
         for _ in range(len(sides) + 1):  # an e may depend on other sides
@@ -250,7 +254,8 @@ class Sides:
             before, sides = sides, np.sign(found[::3])
             if (before == sides).all():
                 break
-        return sides
+        result: Array = found[::3]
+        return result
 
 
 def sided_kernels(kernels: Kernels) -> Kernels:
