@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -107,28 +106,16 @@ def refuse_dips(trajectory: Trajectory, problem: Problem, between: Progress) -> 
 
     The motion with sides tells. Controllers, whose functions remember, are not called again for it.
     """
-    sides, model = sides_of(problem.kernels), problem.model
-    jumping = (
-        () if sides is None or model.controllers else [k for k, law in enumerate(sides.laws) if law.jumps]
-    )
-    if sides is None or not jumping:
+    sides = sides_of(problem.kernels)
+    if sides is None or not any(law.jumps for law in sides.laws) or problem.model.controllers:
         return
-    segments, p = phases_of(trajectory).segments, problem.kernels.parameters(problem.numbers)
-    steps = np.concatenate([segment.path.times for segment in segments])
-    e = [sides.e(t, y, p) for one in segments for t, y in zip(one.path.times, one.path.states, strict=True)]
-    near = SAME * (problem.end - problem.begin)
-    found = phases_of(touching_motion_of(problem, between)[0]).segments
-    for before, after in itertools.pairwise(found):
-        t, there = after.path.start, sides.e(after.path.start, after.path.states[0], p)
-        first, last = np.searchsorted(steps, t - near) - 1, np.searchsorted(steps, t + near)
-        for k in jumping if first >= 0 and last < len(steps) else ():
-            switches = before.kernels.sides[k] * after.kernels.sides[k] < 0
-            low, high = e[first][k], e[last][k]
-            if switches and abs(there[k]) <= ALIKE * max(abs(low), abs(high)) and low * high > 0:
-                raise NoDerivativesError(
-                    f"The motion has no derivatives by the unknowns of sensitivities= after t = {steps[first]:.9g} s, "
-                    f"where a law switches as {sides.laws[k].text} passes zero: its steps do not see it. {CURE}"
-                )
+    found, parameters = touching_motion_of(problem, between)[0], problem.kernels.parameters(problem.numbers)
+    both = phases_of(trajectory).segments, phases_of(found).segments
+    for t, text in sides.unseen(*both, parameters, SAME * (problem.end - problem.begin)):
+        raise NoDerivativesError(
+            f"The motion has no derivatives by the unknowns of sensitivities= after t = {t:.9g} s, where a law "
+            f"switches as {text} passes zero: its steps do not see it. {CURE}"
+        )
 
 
 def sensitive_touching_motion(request: Request) -> Trajectory:

@@ -8,8 +8,9 @@ and no bend, and an e that dips through zero within one long step is found as an
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,8 @@ from .kernels import Kernels
 from .program import Program
 from .sided_run import SidedRun, sided_run
 
+ALIKE = 1e-9
+"""Part of e at the ends of a step that counts as zero."""
 BENDING = ("abs", "min", "max")
 """Functions that bend where their e is zero, and do not jump."""
 SWITCHING = ("sign", *BENDING)
@@ -239,6 +242,32 @@ class Sides:
         constants = np.zeros(self.program.compiled.hoisted)
         self.program.follow(hoisted, constants)
         return sided_run(self, n_y, hoisted, self.program.address("laws"), constants)
+
+    def unseen(
+        self, plain: Sequence[Any], found: Sequence[Any], parameters: Array, near: float
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the steps of a run without sides that show no sign of a switch, and e of the law, which jumps.
+
+        ``plain`` and ``found`` are its segments, and those of the run with sides; times within ``near`` are the same.
+        """
+        times = np.concatenate([one.path.times for one in plain])
+        e = [
+            self.e(t, y, parameters)
+            for one in plain
+            for t, y in zip(one.path.times, one.path.states, strict=True)
+        ]
+        for before, after in pairwise(found):
+            t = after.path.start
+            here = self.e(t, after.path.states[0], parameters)
+            turned = before.kernels.sides, after.kernels.sides
+            first, last = np.searchsorted(times, t - near) - 1, np.searchsorted(times, t + near)
+            for k, law in enumerate(self.laws) if first >= 0 and last < len(times) else ():
+                low, high = e[first][k], e[last][k]
+                at_zero = abs(here[k]) <= ALIKE * max(
+                    abs(low), abs(high)
+                )  # an idle law follows at a start of a leg
+                if law.jumps and at_zero and turned[0][k] * turned[1][k] < 0 < low * high:
+                    yield float(times[first]), law.text
 
     def start(self, t: float, y: Array, parameters: Array) -> Array:
         """Return the sides of all laws at a state, 0 where e is zero."""
