@@ -68,7 +68,6 @@ class Here:
     """A live motion on this computer; attributes are the fields of its memory."""
 
     def __init__(self, motion: fb.Trajectory, most_steps: int = 20_000) -> None:
-        model = motion.kernels.model
         machine = LiveMachine(
             setting_of(motion, most_steps, 401),
             lambda state, moving, forces: [*state.q],
@@ -78,12 +77,12 @@ class Here:
             machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
         )
         addresses = {name: kernels[name].address for name in machine.functions}
-        if model.contacts:
+        self.contacts = machine.touching is not None
+        if self.contacts:
             addresses |= {name: functions()[name].address for name in CALLED[3:]}
             addresses |= {name: compiled_code()[name].address for name in ("find", "collided")}
             addresses["piece"] = loops.functions().functions["piece"].address
-        self.contacts = bool(model.contacts)
-        self.names = [parameter.name for parameter in model.parameters]
+        self.names = list(machine.names)
         self.kernels, self.machine = kernels, machine
         self.memory: Live = machine.memory(
             {"prologue": kernels._prologue.address, **addresses}, kernels.hoisted

@@ -40,6 +40,27 @@ def test_machines_without_derivatives():
     refused(s, start, ["g"], message, until=20, start="g")
 
 
+def test_laws_of_contacts_that_jump():
+    s, start = boxes(friction="3/10 + 1/10*sign(y0 - 1)")
+    message = (
+        r"^Expected laws of contacts that do not jump for sensitivities=, but that of 'c0' has a sign\(...\), where "
+        r"the rates jump. Write tanh\(x/width\) for sign\(x\). Or take differences of runs with values= that differ.$"
+    )
+    refused(s, start, ["e"], message)
+
+
+def test_a_switch_that_no_step_sees():
+    """Under a force k it comes down to x = -1e-4, below which the force is -5 k; a step leads from x > 0 to x > 0."""
+    s, start = boxes(height=1.0)
+    body = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, body, axis="x", coordinate="x")
+    s.force("law", body, ("300*sign(x) - 200", 0, 0))
+    message = (
+        r"after t = 0.08\d* s, where a law switches as x passes zero: its steps do not see it. End the run"
+    )
+    refused(s, start | {"x": 0.5, "x'": -math.sqrt(100.01)}, ["y0"], message, until=0.3)
+
+
 def test_events_that_have_no_derivative():
     s, start = boxes(2)
     message = (

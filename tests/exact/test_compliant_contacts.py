@@ -63,6 +63,18 @@ def test_impacts_last_and_rebound_as_their_closed_forms(name):
     assert motion.contacts["floor"].normal.min() >= 0
 
 
+def test_a_law_of_two_stiffnesses_switches_where_its_depth_does():
+    """k up to the depth a, then k + K: two quarters of ω = √k, and between them an arc of Ω = √(k + K)."""
+    k, K, a = 1e4, 4e4, 1e-3
+    s = falling("k*depth + 4*k*max(depth - 1/1000, 0)")
+    motion = fb.simulate(s, 0.1, initial={"y": 0.05, "y'": -1.0}, tolerance=1e-10)
+    first = math.asin(a * math.sqrt(k)) / math.sqrt(k)
+    v, W = math.cos(first * math.sqrt(k)), math.sqrt(k + K)
+    arc = 2 * math.atan2(v / W, a - K * a / (k + K)) / W
+    assert motion["y"][-1] == pytest.approx(0.05 - 2 * first - arc, abs=1e-12)
+    assert motion["y'"][-1] == pytest.approx(1, abs=1e-12)
+
+
 def test_hunt_and_crossleys_restitution_depends_on_c_and_v_only():
     motion = fb.simulate(
         falling("k*depth**1.5*(1 + c*rate)"),

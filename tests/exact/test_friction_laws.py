@@ -81,6 +81,49 @@ def test_friction_by_place():
     np.testing.assert_allclose(v**2 / 2 + G * (0.1 * x + 0.3 * np.log1p(x)), 2, atol=1e-9)
 
 
+# --- laws that jump or bend: their switches are located --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_a_narrow_strip_is_not_passed_over(space):
+    """μ = 0.6 between x = 1 and x = 1 + w, else none: v² falls by 2 μ g w within one step, which saw nothing of it."""
+    w, v = 2e-3, 4.0
+    s = block("3/10 - 3/10*sign((x - 1)*(x - 1 - 2/1000))", space)
+    motion = fb.simulate(s, 1, initial={"x'": v})
+    after = math.sqrt(v * v - 2 * 0.6 * G * w)
+    inside = (v - after) / (0.6 * G)
+    assert motion["x'"][-1] == pytest.approx(after, abs=1e-12)
+    assert motion["x"][-1] == pytest.approx(1 + w + after * (1 - 1 / v - inside), abs=1e-12)
+    assert motion.path.rejected == 0
+
+
+def test_friction_that_bends_with_the_slip():
+    """v' = -g/10 above v = 2/5, then -g (1/2 - v): it stops after 6/g and another ln 5/g."""
+    motion = fb.simulate(block("max(1/10, 1/2 - slip)"), 2, initial={"x'": 1.0})
+    assert [change.mode for change in motion.modes] == ["slip+", "stick"]
+    assert motion.modes[-1].start == pytest.approx((6 + math.log(5)) / G, abs=1e-10)
+
+
+def test_slip_stays_where_friction_drives_it_back_from_either_side():
+    """μ g is more than the pull above v = 1 and less below it: no motion leaves v = 1."""
+    s = block("1/5 + 1/10*sign(slip - 1)")
+    s.force("pull", s.bodies["block"], (2 * 0.2 * G, 0, 0))
+    with pytest.raises(SimulationError, match="drives it back from either side"):
+        fb.simulate(s, 3, initial={"x'": 2.0})
+
+
+def test_a_brake_on_a_part_of_a_turn():
+    """φ'' = -T_0 up to φ = 1, then -3 T_0, on a wheel of 1 kg m²."""
+    s = fb.System("wheel")
+    s.parameters(T_0=1.0)
+    pin = s.hinge("pin", s.ground, s.body("wheel", fb.disk(2, 1, axis="z")), axis="z", coordinate="phi")
+    s.friction("brake", pin, torque="T_0*(2 + sign(phi - 1))")
+    motion = fb.simulate(s, 5, initial={"phi'": 3.0})
+    w = math.sqrt(9 - 2)
+    assert motion["phi"][-1] == pytest.approx(1 + w * w / 6, abs=1e-12)
+    assert motion.modes[-1].start == pytest.approx(3 - w + w / 3, abs=1e-12)
+
+
 def test_stick_slip_on_a_belt_is_a_limit_cycle():
     """Stick until k x = μ_s m g; then m x'' = m g μ(v - x') - k x until x' = v again. Each period is the same."""
     m, k, v = 2.0, 40.0, 0.1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -145,6 +145,27 @@ class Model:
         return {parameter.name: parameter.default for parameter in self.parameters}
 
     @cached_property
+    def written(self) -> frozenset[str]:
+        """Names of parameters that a motion by events writes: points of disks that lie flat, features of patches."""
+        rings = (name for ring in self.rings for name in ring.names)
+        return frozenset(
+            (*rings, *(name for patch in self.patches for names in patch.names for name in names))
+        )
+
+    def refuse_written(self, names: Collection[Any]) -> None:
+        """Raise ModelError for a name or symbol of a parameter that a motion writes: no parameter of the machine."""
+        for key in names if self.written else ():
+            if self.parameter_names.get(key, key) in self.written:
+                raise self._unknown(key)
+
+    def _unknown(self, key: Any) -> ModelError:
+        return ModelError(f"Unknown parameter '{key}'; {nearest(str(key), self.given({**self.defaults}))}")
+
+    def given(self, numbers: dict[str, Any]) -> dict[str, Any]:
+        """Return values of parameters without those that a motion writes."""
+        return {x: numbers[x] for x in numbers if x not in self.written} if self.written else numbers
+
+    @cached_property
     def assumed(self) -> tuple[Any, ...]:
         """Expressions of the parameters alone that are assumed positive, in a fixed order.
 
@@ -201,7 +222,7 @@ class Model:
         for key, value in given.items():
             name = key if isinstance(key, str) else self.parameter_names.get(key, key)
             if name not in by_name:
-                raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), by_name)}")
+                raise self._unknown(key)
             by_name[name] = _number(value, name, self)
         missing = [name for name, value in by_name.items() if value is None]
         if missing:

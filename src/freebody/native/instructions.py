@@ -3,6 +3,7 @@
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     run_by(address, record)                f(&record)
+    address_of(p)                          the address of numbers, as an integer
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     maximum(a, b)                          the greater one, nan if one is nan
     larger(a, b)                           the same of sizes, numbers without a sign
@@ -104,6 +105,12 @@ def call(builder: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j
     builder.call(
         builder.inttoptr(address, kernel.as_pointer()), [t, builder.gep(y, [i]), c, builder.gep(out, [j])]
     )
+
+
+@instruction("Reals")
+def address_of(builder: Any, p: Any) -> Any:
+    """Address of numbers in memory."""
+    return builder.ptrtoint(p, WHOLE)
 
 
 @instruction("int", "")

@@ -223,4 +223,10 @@ def _of_coordinates(system: Description, on: Any, title: str) -> Any:
             + (f", which depends on {', '.join(bad)}." if bad else ".")
             + " The coordinates of ball and free joints have contacts instead, s.contact."
         )
+    if isinstance(expression, sympy.Basic) and expression.has(sympy.sign, sympy.Abs, sympy.Max, sympy.Min):
+        raise ModelError(
+            f"Expected a displacement without a jump or a bend for {title}, got {shown(on)}: where it bends, the force "
+            "of the stop has no direction. Limit each part by a stop of its own: abs(y) to h by low=-h, high=h of y, "
+            "max(a, b) by a stop of a and one of b."
+        )
     return expression

@@ -27,6 +27,7 @@ from typing import Any
 
 from ...describe.contacts.coefficients import SLIP
 from ...describe.contacts.gap import Gap
+from ...describe.contacts.normal_law import DEPTH
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
 from ...errors import ModelError
 from ...model.contact import Contact
@@ -45,7 +46,7 @@ from ...scalar.algebra import (
     subtract,
 )
 from ...scalar.series import derivative_at_start, value_at_start
-from ..contact_geometry import Touch, normal_force, touch_of_shapes, velocity_over
+from ..contact_geometry import Touch, law_values, normal_force, pressing, touch_of_shapes, velocity_over
 from ..kinematics import (
     Spot,
     link_postures,
@@ -203,11 +204,16 @@ def friction_coefficient(
     slip = rows_of(model, state, (contact,)).rate[1:]
     if direction:
         speed: Scalar = sum((state(d) * x for d, x in zip(direction, slip, strict=True)), 0)
-    elif len(slip) == 1:
-        speed = state.field.apply("abs", slip[0])
     else:
-        speed = state.field.sqrt(sum((x * x for x in slip), 0))
+        speed = slip_speed(state, slip)
     return state.with_values(contact.friction, {SLIP: speed})
+
+
+def slip_speed(state: State, slip: Sequence[Scalar]) -> Scalar:
+    """Return |γ| of a slip velocity."""
+    if len(slip) == 1:
+        return state.field.apply("abs", slip[0])
+    return state.field.sqrt(sum((x * x for x in slip), 0))
 
 
 def given_normal_force(model: Model, state: State, contact: Contact, touching: bool = False) -> Scalar:
@@ -218,6 +224,29 @@ def given_normal_force(model: Model, state: State, contact: Contact, touching: b
     if contact.compliant:
         return normal_force(model, state, contact, touching)
     return 1 if contact.held and not contact.loaded else 0
+
+
+def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
+    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, N of the state, its adhesion."""
+    at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
+    return [
+        friction_coefficient(model, state, contact),
+        *map(state, at_rest),
+        given_normal_force(model, state, contact),
+        state(contact.adhesion),
+    ]
+
+
+def watched_by_modes(model: Model, state: State, contact: Contact) -> list[Scalar]:
+    """Return the numbers in the laws of a contact that reach zero only where its mode changes: slips and depths."""
+    result: list[Scalar] = []
+    if contact.slows:
+        slip = rows_of(model, state, (contact,)).rate[1:]
+        result += [*slip, slip_speed(state, slip)]
+    if contact.compliant:
+        values = law_values(model, state, contact)
+        result += [values[DEPTH], pressing(state, values)[DEPTH]]
+    return result
 
 
 # --- forces ----------------------------------------------------------------------------------------

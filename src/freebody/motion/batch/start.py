@@ -293,6 +293,7 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
             f"Expected arrays of one length, got {count} {largest} and {n} {what}. Entry k of every array belongs to "
             "lane k; for all combinations use fb.sweep."
         )
+    model.refuse_written(given_values)
     numbers = model.values({k: v[0] if isinstance(v, np.ndarray) else v for k, v in given_values.items()})
     columns: dict[str, Any] = dict(numbers)
     varied: tuple[list[str], list[str]] = ([], [])

@@ -217,7 +217,7 @@ class Touching:
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
         model = motion.kernels.model
-        ratios = stretch_numbers(model, motion.values)
+        ratios = stretch_numbers(model, motion.numbers)
         gaps, approaches = distances(model, gap, reach, rates[:, list(first.first)])
         for k, contact in enumerate(model.contacts):
             at, n = first.first[k], first.tangents[k]
@@ -226,7 +226,7 @@ class Touching:
             loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
             shown = np.where(loose, np.nan, lambdas)
             T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n] / ratios[at + 1 : at + 1 + n]
-            pressure = lambdas[:, 0] + number(model, motion.values, contact.adhesion, "an adhesion")
+            pressure = lambdas[:, 0] + number(model, motion.numbers, contact.adhesion, "an adhesion")
             room = friction_margin(static[:, k], pressure, lambdas[:, 1:].T, ratios[at + n], np.sqrt)
             margin = np.where((modes == "open") | loose.any(axis=1), np.nan, room)
             approach = approaches[:, k]
@@ -267,7 +267,7 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     """Return the contact of two solids as a whole: its gap, the slip where it is least, the sum of its forces."""
     model = motion.kernels.model
     rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
-    values = {p.name: motion.values[p.name] for p in pair.of.parameters}
+    values = {p.name: motion.numbers[p.name] for p in pair.of.parameters}
     family = pair.of.families[pair.family]
     gap, approach, slip, _ = pair_quantities(
         rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]

@@ -13,8 +13,9 @@ from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events.code import code
 from ..events.event_run import PIECE, EventRun, event_run
+from ..kernels.hoisted import Hoisted
 from ..kernels.kernels import Kernels
-from ..kernels.sided_run import SidedRun, add_program, sided_run
+from ..kernels.sided_run import SidedRun
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import Run, equip, memory, most_events
@@ -89,8 +90,6 @@ class Memory:
         for name, kernel in KERNELS.items():
             setattr(it, name, compiled[kernel].address)
         self.energy = np.array(energy.constants(parameters))
-        contacts, self.parameters = scene.candidates.program().compiled, np.array(parameters)
-        it.prologue, it.constants = contacts.prologue.address, contacts.hoisted
         it.energy, it.energy_c = energy.address("energy"), self.energy
         it.looking, it.phase = self.looking, self.phase
         it.watch, it.watch_later = np.zeros((2, self.program.outputs("watched")))
@@ -100,16 +99,15 @@ class Memory:
         it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
         it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
         it.laws, it.first_law = scene.laws, len(expressions)
+        numbers = len(parameters) + scene.laws
+        self.hoisted = Hoisted.made(numbers=numbers, most_programs=1 + 2 * len(self.program.programs))
+        self.parameters, it.hoisted = self.hoisted.parameters[: len(parameters)], self.hoisted.memory
+        self.parameters[:] = parameters
+        scene.program.follow(self.hoisted, self.looking)
+        self.program.follow(self.hoisted, self.phase)
         if scene.sides is not None:
-            self.laws = sided_run(scene.sides, it.n_y, 2 * len(self.program.programs))
-            for program, constants in ((scene.program, self.looking), (self.program, self.phase)):
-                for name, one in program.programs.items():
-                    place, _, (size,) = program.data.placed[f"{name}_c"]
-                    add_program(self.laws, one, constants[place : place + size])
+            self.laws = scene.sides.run(it.n_y, self.hoisted)
             it.sided = self.laws.memory
-            self.parameters = self.laws.parameters[: len(parameters)]
-            self.parameters[:] = parameters
-        it.parameters = self.parameters
         return phase
 
     def prepare(self, parameters: Array, watched: Watched) -> None:
@@ -187,7 +185,14 @@ class Memory:
             self._keep()
 
     def _keep(self) -> None:
-        blocks = [self.it.memory, self.steps.memory, self.looking, self.phase, self.energy, self.parameters]
+        blocks = [
+            self.it.memory,
+            self.steps.memory,
+            self.looking,
+            self.phase,
+            self.energy,
+            self.hoisted.memory,
+        ]
         if self.laws is not None:
             blocks += [self.laws.memory, self.laws.arrays["e_c"]]
         self.images = [(block, block.copy()) for block in blocks]
@@ -207,11 +212,7 @@ class Memory:
         energy = self.kernels.motion()
         self.parameters[:] = parameters
         self.energy[:] = energy.constants(parameters)
-        if self.laws is not None:
-            code("take_sides")(self.it)
-            return
-        self.scene.program.set_parameters(self.looking, parameters)
-        self.program.set_parameters(self.phase, parameters)
+        code("take_sides")(self.it)
 
     def fit_entry(self) -> None:
         """Make the log longer if it has no room for one entry of an event or of a happening."""

@@ -29,6 +29,7 @@ from ..families.family_record import POSE
 from ..families.feature_changes import Followed
 from ..families.memory import fill_members, link_poses
 from ..families.meshes import most_points
+from ..kernels.hoisted import Hoisted
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array, outputs_at
@@ -326,11 +327,16 @@ class Watching:
     @property
     def parameters(self) -> int:
         """Number of parameters."""
-        return len(self.patches.model.parameters)
+        return 0 if self.own is None else int(self.own.compiled.parameters)
 
     def address(self, name: str) -> int:
         """Address of the kernel."""
         return int(self.patches.functions[name].address)
+
+    def follow(self, hoisted: Hoisted, constants: Array) -> None:
+        """Let the constants of the functions of the user follow the parameters that a run writes."""
+        if self.own is not None:
+            self.own.follow(hoisted, self.patches.it.values_c)
 
     def constants(self, parameters: Array) -> Array:
         """Return its constant; those of the functions of the user are written into the record."""

@@ -120,7 +120,8 @@ def choose_features(work: ContactRun) -> None:
     if patches is None:
         return
     search, count = work.memory.steps.search, work.memory.steps.events
-    numbers = search.log_numbers[:count][search.log_times[:count] == it.t] - len(work.specs)
+    numbers = search.log_numbers[:count][search.log_times[:count] == it.t]
+    numbers -= len(work.specs) + work.scene.laws
     if 0 in numbers or 1 in numbers:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
         it.reason[np.array(it.reason) == event_run.BLOW] = reason

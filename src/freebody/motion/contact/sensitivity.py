@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+import sympy
 
 from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import NoDerivativesError, SimulationError, nearest
@@ -17,6 +18,7 @@ from ..events import event_run
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.methods import check_method_of_phases
 from ..kernels.program import Program
+from ..kernels.sides import sides_of, switching_contacts
 from ..kernels.switches import value_of
 from ..legs.blow import blows_of
 from ..legs.blow_slopes import check_blow
@@ -27,10 +29,11 @@ from ..legs.sensitivity import (
     check_start,
     slopes_of,
 )
+from ..legs.switch_slopes import CURE
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
-from ..request import Request, problem_of
+from ..request import Problem, Request, problem_of
 from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
@@ -39,6 +42,7 @@ from ..trajectory.in_legs import phases_of
 from ..trajectory.outputs import OfContact, OfReaction
 from ..trajectory.peaks import Peak, peaks
 from ..trajectory.phases import Segment
+from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .derivatives import Followed, follow
@@ -64,6 +68,13 @@ def check_touching(request: Request) -> None:
             "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
             f"'{model.name}'. {CURE_OF_MACHINES}"
         )
+    for contact in switching_contacts(model):
+        laws = contact.friction, contact.static_friction, contact.normal_force
+        if any(isinstance(law, sympy.Basic) and law.has(sympy.sign) for law in laws):
+            raise NoDerivativesError(
+                f"Expected laws of contacts that do not jump for sensitivities=, but that of '{contact.owner}' has a "
+                f"sign(...), where the rates jump. Write tanh(x/width) for sign(x). Or t{CURE_OF_MACHINES[1:]}"
+            )
     check_start(request)
     if not model.contacts:
         check_method_of_phases(
@@ -88,6 +99,23 @@ def tips_at(history: History) -> float | None:
         if kind == event_run.NOTE and event_run.TIPS in marks[5 + names :: 4]:
             return float(numbers[0])
     return None
+
+
+def refuse_dips(trajectory: Trajectory, problem: Problem, between: Progress) -> None:
+    """Refuse a motion whose steps, which keep no sides, pass a switch of a law that jumps without a sign of it.
+
+    The motion with sides tells. Controllers, whose functions remember, are not called again for it.
+    """
+    sides = sides_of(problem.kernels)
+    if sides is None or not any(law.jumps for law in sides.laws) or problem.model.controllers:
+        return
+    found, parameters = touching_motion_of(problem, between)[0], problem.kernels.parameters(problem.numbers)
+    both = phases_of(trajectory).segments, phases_of(found).segments
+    for t, text in sides.unseen(*both, parameters, SAME * (problem.end - problem.begin)):
+        raise NoDerivativesError(
+            f"The motion has no derivatives by the unknowns of sensitivities= after t = {t:.9g} s, where a law "
+            f"switches as {text} passes zero: its steps do not see it. {CURE}"
+        )
 
 
 def sensitive_touching_motion(request: Request) -> Trajectory:
@@ -118,6 +146,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
         trajectory, history = touching_motion_of(problem, between, sided=False)
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
+        refuse_dips(trajectory, problem, between)
         tips = tips_at(history)
         if tips is not None:
             raise NoDerivativesError(

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..events.code import code
 from ..events.event_run import EventRun
-from ..kernels import sided_run
 from ..kernels.kernels import Kernels
 from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
@@ -107,7 +106,7 @@ class ContactRun:
             tuple(spec.terminal for spec in specs),
             len(problem.specs),
         )
-        self = cls(kernels, problem.numbers, watched=watched, sided=sided and not kernels.model.patches)
+        self = cls(kernels, problem.numbers, watched=watched, sided=sided)
         self.specs, self.asked, self.method = specs, watched.asked, watched.method
         self.shared = request.indeterminate == "compliance"
         self.blows, self.called = list(blows), tuple(called)
@@ -118,8 +117,8 @@ class ContactRun:
         it.longest, it.steps_left = request.longest_step, problem.most_steps
         steps.relative[:], steps.absolute[:] = relative, absolute
         if self.memory.laws is not None:
-            sided_run.begin(self.memory.laws, self.parameters, problem.begin, problem.end, relative)
-            code("take_sides")(it)
+            self.memory.laws.relative[:] = relative
+            code("forget_sides")(it, problem.begin, problem.end)
         steps.stop_if_stiff = int(request.method == "auto")
         if kernels.model.switched:
             self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)

@@ -38,6 +38,7 @@ _CALLED = (
     "depth",
     "parted",
     "take_sides",
+    "forget_sides",
 )
 
 

@@ -152,9 +152,8 @@ class EventRun(Record):
                                   load at the last decision;  ``unstruck``: forces of these joints without an impact;
                                   ``blown``: impulses of a blow on them
     ``rings``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their number, the
-                                  first point of each, and the place of its cosine and sine in ``parameters``
-    ``parameters``, ``prologue``, ``constants``    values of the parameters, the kernel of the constants of the kernels
-                                  of contacts, and the number of these
+                                  first point of each, and the place of its cosine and sine in the parameters
+    ``hoisted``                   parameters, with these angles, and the constants that follow them (`kernels.hoisted`)
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``                     where the loop goes on
@@ -240,9 +239,7 @@ class EventRun(Record):
     rings: Count
     ring_first: Annotated[Wholes, "rings"]
     ring_at: Annotated[Wholes, "rings"]
-    parameters: Row
-    prologue: Kernel
-    constants: Count
+    hoisted: Row
     turned: Count
     quaternions: Wholes
     ending: Wholes

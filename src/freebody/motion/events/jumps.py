@@ -12,8 +12,10 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Reals, Truth, compiled, greater, inlined
+from ..kernels.hoisted import Hoisted
+from ..kernels.renewal import renew
 from ..kernels.sided_run import SidedRun
-from ..kernels.switching import OTHER_SIDES, is_quiet, judge, look_back, renew, see, settle, switch
+from ..kernels.switching import OTHER_SIDES, is_quiet, judge, look_back, reset, see, settle, switch
 from ..ode.layout import FINISHED, STUCK
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
@@ -116,10 +118,17 @@ def arrived(it: EventRun, run: Run) -> int:
 
 @compiled
 def take_sides(it: EventRun) -> None:
-    """Let all that is computed follow the sides."""
-    renew(SidedRun(it.sided))
+    """Let all that is computed follow the parameters and the sides."""
+    renew(Hoisted(it.hoisted))
     show_sides(it)
     it.stale = 1
+
+
+@compiled
+def forget_sides(it: EventRun, start: float, until: float) -> None:
+    """Know no sides, as at the start of a run."""
+    reset(SidedRun(it.sided), start, until)
+    take_sides(it)
 
 
 @compiled

@@ -7,6 +7,7 @@ numbers    of the entries, one after another
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, inlined
+from ..kernels.hoisted import Hoisted
 from ..phase.laws import LIMIT, STICK
 from ..phase.phase_record import PhaseData
 from . import event_run
@@ -95,7 +96,7 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
     for i in range(it.actives):
         mark(it, it.active[i])
     for i in range(it.rings):
-        note_all(it, it.parameters[it.ring_at[i] :], 2)
+        note_all(it, Hoisted(it.hoisted).parameters[it.ring_at[i] :], 2)
     end(it, at)
     it.phases += 1
 

@@ -15,13 +15,14 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, root
 from ..cones.contacts import Contacts
+from ..kernels.hoisted import Hoisted
+from ..kernels.renewal import renew
 from ..phase import laws
-from ..phase.phase_record import PhaseData
 from . import event_run
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
-from .moment import choose_all, copy, look, normal_speed, product_of, row_of
+from .moment import choose_all, look, normal_speed, product_of, row_of
 from .setting import displace, normalise
 from .slips import scale_of
 
@@ -37,7 +38,7 @@ EIGHTHS, STEPS = 8, 60
 @compiled
 def turn(it: EventRun, i: int, cosine: float, sine: float) -> None:
     """Turn the points of an edge by an angle."""
-    p, at = it.parameters, it.ring_at[i]
+    p, at = Hoisted(it.hoisted).parameters, it.ring_at[i]
     x, y = p[at] * cosine - p[at + 1] * sine, p[at] * sine + p[at + 1] * cosine
     set_turned(it, i, x, y)
 
@@ -45,11 +46,9 @@ def turn(it: EventRun, i: int, cosine: float, sine: float) -> None:
 @compiled
 def set_turned(it: EventRun, i: int, x: float, y: float) -> None:
     """Set the points of an edge to the direction (x, y), and look at them."""
-    p, at, size = it.parameters, it.ring_at[i], root(x * x + y * y)
-    p[at], p[at + 1] = x / size, y / size
-    machine = PhaseData(it.looking)
-    it.prologue(0.0, p, p, machine.machine_c)
-    copy(machine.machine_c, PhaseData(it.phase).machine_c, it.constants)
+    hoisted, at, size = Hoisted(it.hoisted), it.ring_at[i], root(x * x + y * y)
+    hoisted.parameters[at], hoisted.parameters[at + 1] = x / size, y / size
+    renew(hoisted)
     look(it)
     for j in range(POINTS):
         k = it.ring_first[i] + j
@@ -202,7 +201,7 @@ def tilt(it: EventRun, contacts: Contacts, i: int) -> None:
 @compiled
 def find_angle(it: EventRun, contacts: Contacts, i: int) -> int:
     """Decide with the angle at which a disk stands, or tips about one point; return why that fails, or 0."""
-    first, p, at = it.ring_first[i], it.parameters, it.ring_at[i]
+    first, p, at = it.ring_first[i], Hoisted(it.hoisted).parameters, it.ring_at[i]
     press, best = 0, 0.0
     for j in range(POINTS):
         N = it.force[it.first[first + j]]

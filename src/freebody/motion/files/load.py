@@ -25,6 +25,7 @@ from ..contact.history import Told
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
+from ..kernels.sides import sided_kernels
 from ..kernels.switches import switches
 from ..legs.sensitivity import Derivatives
 from ..legs.sided_variation import with_signs
@@ -340,7 +341,9 @@ def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels | Phase:
         modes = tuple(map(str, entry["modes"]))
         if len(modes) != len(kernels.model.contacts):
             raise ValueError("its modes are not those of the machine's contacts")
-        return phase_of(kernels, modes, tuple(map(int, entry["active"])))
+        sides = tuple(map(float, entry.get("signs", ())))
+        of_phase = sided_kernels(kernels) if sides else kernels
+        return phase_of(of_phase, modes, tuple(map(int, entry["active"])), sides)
     if entry["active"] is None or tuple(entry["active"]) == kernels.active:
         return kernels
     return kernels.holding(_active(kernels.model, entry["active"]))

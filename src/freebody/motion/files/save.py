@@ -127,7 +127,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         "kind": kind,
         "missing": missing,
         "names": motion.names,
-        "values": motion.values,
+        "values": motion.numbers,
         "active": motion.kernels.active,
         "specs": [(spec.name, spec.direction, spec.terminal, str(spec.expression)) for spec in motion.specs],
         "samples": samples,
@@ -203,7 +203,7 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
         "loose": segment.loose,
         "impulses": segment.impulses,
         "switched": segment.parameters is not None,
-        "signs": _signs(path),
+        "signs": kernels.sides if isinstance(kernels, Phase) else _signs(path),
         **{name: getattr(path, name) for name in COUNTS},
     }
 

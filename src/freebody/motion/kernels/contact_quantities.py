@@ -14,7 +14,7 @@ from ...dynamics import State
 from ...scalar.algebra import Scalar
 from .kernels import Kernels
 from .program import Program
-from .sides import SidedKernels, SidedTape, unsided
+from .sides import SidedKernels, laws_of, unsided
 from .switches import value_of
 
 NAMES = ("gap", "approach", "normal", "tangential", "slip", "margin")
@@ -65,9 +65,8 @@ def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
         return kernels.expressions(expressions)
 
     def functions(state: Any, numbers: Sequence[Any] = ()) -> Mapping[str, Sequence[Any]]:
-        of, e = dict(zip(asked, numbers, strict=True)), list[Scalar]()
-        if isinstance(state.field, SidedTape):  # what is observed switches by itself
-            e, state = [law for _, law in state.field.sides.values()], unsided(state)
+        of = dict(zip(asked, numbers, strict=True))
+        e, state = laws_of(state), unsided(state)  # what is observed switches by itself
         own = [x.value(state, of) if isinstance(x, OfContacts) else value_of(state, x) for x in expressions]
         kernels.cache["laws watched", tuple(expressions)] = [
             next((k for k, law in enumerate(e) if x is law or x is -law), -1) for x in own

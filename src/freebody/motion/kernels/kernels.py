@@ -123,7 +123,9 @@ class Kernels:
     def values(self, overrides: Mapping[Any, Any] | None) -> dict[str, float]:
         """Return the values of all parameters by name (:meth:`Model.values`). The defaults are read once."""
         if overrides is not None and not (isinstance(overrides, Mapping) and not overrides):
-            return self.model.values(overrides)
+            result = self.model.values(overrides)
+            self.model.refuse_written(overrides)
+            return result
         if self._defaults is None:
             self._defaults = self.model.values()
         return dict(self._defaults)

@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ...dynamics import State, coordinate_rates, mass_matrix, potential_energy, traced_state
+from ...dynamics import State, coordinate_rates, mass_matrix, potential_energy
 from ...dynamics.linear import Factorization
 from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError, SimulationError
@@ -105,8 +105,8 @@ def hamilton(kernels: Kernels) -> Program:
     (t, (q, u)).
     """
     if "hamilton" not in kernels.programs:
-        model, tape = kernels.model, Tape()
-        traced = traced_state(model, tape)
+        model = kernels.model
+        tape, traced, parameters = kernels.recorded()
         P = [tape.input(f"second half {i}") for i in range(model.n_q)]  # or u, at the same positions
 
         # H must not change with the length of a quaternion, or e·P would grow: divide each quaternion by its norm
@@ -142,7 +142,6 @@ def hamilton(kernels: Kernels) -> Program:
         spread = moved([_dot(row, state.u) for row in M])
         momenta = [int(d) * x for d, x in zip(weights, spread, strict=True)]
         functions = {"hamilton": [*rates, *gradient], "speeds": u, "momenta": momenta}
-        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         kernels.programs["hamilton"] = Program(
             compile_tape(tape, functions, state.t, [*traced.q, *P], parameters)
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ode.dense_output import observe
+from .hoisted import Hoisted, add_constants
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,10 @@ class Program:
     def outputs(self, name: str) -> int:
         """Number of outputs of a function."""
         return int(self.compiled[name].outputs)
+
+    def follow(self, hoisted: Hoisted, constants: Array) -> None:
+        """Let constants of the functions follow the parameters that a run writes."""
+        add_constants(hoisted, self.compiled.prologue.address, constants)
 
     def constants(self, parameters: Array) -> Array:
         """Constants of the functions, computed once per run from the parameters. The last result is cached."""

@@ -9,8 +9,10 @@ from __future__ import annotations
 from ...native.instructions import Reals, Truth, compiled, greater, inlined, lesser, root, run_by, whole
 from ..ode.layout import FINISHED, RUNNING, STUCK, TERMINAL
 from ..ode.run import Run
+from .hoisted import Hoisted
+from .renewal import renew
 from .sided_run import SidedLoop, SidedRun
-from .switching import IS_STUCK, OTHER_SIDES, gauge, is_quiet, judge, look_back, renew, see, settle, switch
+from .switching import IS_STUCK, OTHER_SIDES, gauge, is_quiet, judge, look_back, see, settle, switch
 
 SAME = 1e-12
 """Difference of the times of two events, relative to 1 s or the time, that counts as none (`event_search`)."""
@@ -72,7 +74,7 @@ def start(loop: SidedLoop) -> int:
             inner.y[at + i] /= root(size)
     loop.longest_step = run.h
     copy_row(inner.t, inner.y, run, 0)
-    renew(s)
+    renew(Hoisted(s.hoisted))
     status = begin_leg(loop)
     sign_events(loop, 0)
     return status
@@ -90,7 +92,7 @@ def begin_leg(loop: SidedLoop) -> int:
         see(s, t, y, rates)
         why = judge(s, 0.0, 0.0)
         if why == OTHER_SIDES:
-            renew(s)
+            renew(Hoisted(s.hoisted))
     if why == IS_STUCK:
         inner.blame = s.stuck
         return STUCK
@@ -203,7 +205,7 @@ def end_leg(loop: SidedLoop) -> int:
             quiet = is_quiet(s, k, inner.t, inner.y, change) if loop.steps <= 2 else 0
             look_back(s, k, inner.t, quiet)
             switch(s, k)
-    renew(s)
+    renew(Hoisted(s.hoisted))
     return begin_leg(loop)
 
 

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, address, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..ode.dense_output import Array
+from .hoisted import Hoisted
 
 IN_A_ROW = 64
 """Number of switches in a row that are looked at together."""
@@ -29,11 +27,10 @@ class SidedRun(Record):
     """The laws of a machine that switch, in a run.
 
     ``laws``, ``n_q``, ``n``, ``n_y``    numbers of laws, coordinates, speeds, and components of the state
-    ``parameters``           values of the parameters, then the ``sides``: 1, -1, or 0 of a law whose e stays zero
+    ``hoisted``              the sides, and the constants that follow them (`hoisted.Hoisted`)
+    ``sides``                1, -1, or 0 of a law whose e stays zero
     ``bands``                how far an e may be beyond zero before its law switches: 0, or what counts as round-off
     ``e``, ``e_c``           kernel of (q, u, u'): e, ė and ë of every law (`sides.Sides`)
-    ``prologues``, ``places``    of each of the ``programs`` whose constants follow the sides: address of the function
-                             of the parameters, and of the constants
     ``jumps``, ``order``     of each law (`sides.Law`)
     ``idle``                 1 for each law on which the rates do not depend with the sides of the others
     ``judging``              what is to be judged of a side: `HOLDS` for none
@@ -53,14 +50,11 @@ class SidedRun(Record):
     n_q: Count
     n: Count
     n_y: Count
-    parameters: Annotated[Row, "numbers"]
+    hoisted: Row
     sides: Row
     bands: Annotated[Row, "laws"]
     e: Kernel
     e_c: Row
-    programs: Count
-    prologues: Annotated[Wholes, "most_programs"]
-    places: Annotated[Wholes, "most_programs"]
     jumps: Annotated[Wholes, "laws"]
     order: Annotated[Wholes, "laws"]
     idle: Annotated[Wholes, "laws"]
@@ -90,40 +84,24 @@ class SidedRun(Record):
     output_nodes: Annotated[Wholes, "outputs_count"]
 
 
-def sided_run(sides: Any, n_y: int, programs: int) -> SidedRun:
-    """Return the memory of a run with the laws ``sides`` (`sides.Sides`), and with room for so many programs."""
+def sided_run(sides: Any, n_y: int, hoisted: Hoisted, e: int, constants: Array) -> SidedRun:
+    """Return the memory of a run with the laws ``sides`` (`sides.Sides`), which are the last parameters.
+
+    ``e`` is the address of the kernel of the laws, with these constants.
+    """
     model, flow, laws = sides.whole.model, sides.flow, sides.laws
-    n_q, n, numbers = model.n_q, model.n_u, len(model.parameters)
+    n_q, n = model.n_q, model.n_u
     s = SidedRun.made(
-        laws=len(laws), n_q=n_q, n=n, n_y=n_y, numbers=numbers + len(laws), most_programs=programs + 1,
+        laws=len(laws), n_q=n_q, n=n, n_y=n_y,
         of_argument=n_q + 2 * n, of_seen=3 * len(laws), nodes=len(flow.code), outputs_count=len(flow.outputs),
     )  # fmt: skip
-    s.sides = s.parameters[numbers:]
+    s.hoisted, s.sides = hoisted.memory, hoisted.parameters[len(model.parameters) :]
     s.jumps[:], s.order[:] = [law.jumps for law in laws], [law.order for law in laws]
     s.code[:], s.first[:], s.second[:], s.known[:] = flow.code, flow.first, flow.second, flow.known
     s.value[:], s.side_nodes[:], s.e_nodes[:] = flow.value, flow.inputs, flow.switching
     s.output_nodes[:] = flow.outputs
-    constants = np.zeros(sides.program.compiled.hoisted)
-    s.e, s.e_c = sides.program.address("laws"), constants
-    s.programs = 0
-    add_program(s, sides.program, constants)
+    s.e, s.e_c, s.in_a_row = e, constants, IN_A_ROW
     return s
-
-
-def add_program(s: SidedRun, program: Any, constants: Array) -> None:
-    """Let the constants of a program, an array that stays where it is, follow the sides."""
-    s.prologues[s.programs], s.places[s.programs] = program.compiled.prologue.address, address(constants)
-    s.programs += 1
-
-
-def begin(s: SidedRun, parameters: Array, start: float, until: float, relative: ArrayLike) -> None:
-    """Write the start of a run over the end of the last; all sides are unknown."""
-    s.parameters[: len(parameters)] = parameters
-    s.sides[:] = s.bands[:] = 0.0
-    s.idle[:] = s.judging[:] = 0
-    s.relative[:] = relative
-    s.sense = 1.0 if until >= start else -1.0
-    s.stuck, s.count, s.in_a_row, s.quick = -1, 0, IN_A_ROW, QUICK * abs(until - start)
 
 
 @record

@@ -20,11 +20,11 @@ from ..ode.dense_output import Array, Path, Rates, Watch
 from ..ode.integration import Halt, Integration
 from ..ode.layout import SINGLE_STEPS
 from ..ode.run import Run, equip, memory, most_events
-from . import sided_run
 from .contact_quantities import laws_watched, watched_program
+from .hoisted import Hoisted
 from .kernels import Kernels
 from .methods import Way, made_by
-from .sided_run import SidedLoop, add_program
+from .sided_run import SidedLoop
 from .sides import Sides, sides_of
 
 PIECE = 256
@@ -37,9 +37,7 @@ def way_of(
     kernels: Kernels, parameters: Array, method: str, rates: Rates, relative: Array, **options: Any
 ) -> Way:
     """Return the way of runs of a machine, by legs where its laws switch."""
-    alone = (
-        method == "structure" or method in SINGLE_STEPS
-    )  # these end where their steps do, and nowhere else
+    alone = method in SINGLE_STEPS  # these end where their steps do, and nowhere else
     sides = None if alone else sides_of(kernels)
     if sides is None:
         return Way(kernels, parameters, method, rates, relative, **options)
@@ -135,11 +133,12 @@ class Steps:
         equip(inner, own, self.rates)
         values = watched_program(way.kernels, watched.functions)
         constants = values.constants(way.parameters)
-        self.laws = sided_run.sided_run(sides, n, 3)
-        add_program(self.laws, way.kernels.motion(), self.rates.constants)
+        self.hoisted = Hoisted.made(numbers=len(way.parameters), most_programs=4)
+        self.laws = sides.run(n, self.hoisted)
+        way.kernels.motion().follow(self.hoisted, self.rates.constants)
         if rates.method_kernels:
-            add_program(self.laws, rates.keep[1], self.rates.constants[rates.method_constants :])
-        add_program(self.laws, values, constants)
+            rates.keep[1].follow(self.hoisted, self.rates.constants[rates.method_constants :])
+        values.follow(self.hoisted, constants)
         loop = self.loop = SidedLoop.made(events=m, watched=m + laws, n=n, piece_room=PIECE)
         loop.values, loop.values_c = values.address("values"), constants
         loop.law_of[:] = laws_watched(way.kernels, watched.functions)
@@ -162,7 +161,9 @@ class Steps:
         self, parameters: Array, common: Integration, record: Run, start: float, until: float
     ) -> None:  # fmt: skip
         """Begin another run."""
-        sided_run.begin(self.laws, parameters, start, until, common.relative)
+        self.hoisted.parameters[: len(parameters)] = parameters
+        self.laws.relative[:] = common.relative
+        code("reset")(self.laws, start, until)
         self.record, self.taken, self.legs = record, 0, list[tuple[int, Array]]()
         self.loop.run, self.loop.ends, self.loop.step = record.memory, 0, common.step or 0.0
 
@@ -194,8 +195,10 @@ def code(name: str) -> Function:
     """Return a compiled function of `sided_loop`."""
 
     def functions() -> dict[str, Any]:
-        from . import sided_loop
+        from . import sided_loop, switching
 
-        return vars(sided_loop)
+        return vars(switching) | vars(sided_loop)
 
-    return made(_MODULES[0], _MODULES, ("pieces", "watched"), functions, passes="few").functions[name]
+    return made(_MODULES[0], _MODULES, ("pieces", "watched", "reset"), functions, passes="few").functions[
+        name
+    ]

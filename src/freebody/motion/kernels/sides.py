@@ -8,24 +8,35 @@ and no bend, and an e that dips through zero within one long step is found as an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import sympy
 
 from ...dynamics import State, coordinate_rates, traced_state
+from ...dynamics.conditions.contact import coefficients, watched_by_modes
 from ...dynamics.motion import motion, total_power
+from ...errors import SimulationError
+from ...model import Model
+from ...program.large.tree_loop import BODIES, is_large
 from ...scalar.algebra import HALF, Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG, SUB, Tape, Traced
 from ..ode.dense_output import Array, outputs_at
+from .hoisted import Hoisted
 from .kernels import Kernels
 from .program import Program
+from .sided_run import SidedRun, sided_run
 
+ALIKE = 1e-9
+"""Part of e at the ends of a step that counts as zero."""
 BENDING = ("abs", "min", "max")
 """Functions that bend where their e is zero, and do not jump."""
 SWITCHING = ("sign", *BENDING)
+_KINKS = sympy.sign, sympy.Abs, sympy.Max, sympy.Min
 
 
 class SidedTape(Tape):
@@ -34,6 +45,7 @@ class SidedTape(Tape):
     ``sides``    input and e of each law, in the order in which they came, by the node of e
     ``jumps``    numbers of the laws that are the sign of their e somewhere
     ``closed``   True if no further law gets an input
+    ``watched``  nodes that are zero where modes of contacts change: they have no side
     """
 
     def __init__(self, bends: bool = False) -> None:
@@ -42,6 +54,7 @@ class SidedTape(Tape):
         self.sided = self.closed = False
         self.sides: dict[int, tuple[Traced, Traced]] = {}
         self.jumps: set[int] = set()
+        self.watched: set[int] = set()
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """Return a function of scalars; where it switches, by the side of its e."""
@@ -67,6 +80,8 @@ class SidedTape(Tape):
             side = self._side(x.minus, function)
             return None if side is None else -side
         e = self.node(x)
+        if e.index in self.watched:
+            return None
         if e.index not in self.sides:
             if self.closed:
                 return None
@@ -100,22 +115,53 @@ class SidedKernels(Kernels):
     def __reduce__(self) -> Any:
         return _restored, (self.whole,)
 
+    def _large(self) -> None:
+        return None  # sides are parameters of straight code
+
     def recorded(self) -> tuple[Tape, State, list[Scalar]]:
         """Return a tape on which the rates are recorded, the state, and the parameters with the sides behind them."""
         tape = SidedTape(True)
         state = traced_state(self.model, tape)
+        for contact in switching_contacts(self.model):
+            numbers = [x for x in watched_by_modes(self.model, state, contact) if isinstance(x, Traced)]
+            tape.watched |= {(x if x.minus is None else x.minus).index for x in numbers}
         tape.sided = True
-        moving = motion(self.model, state, self.active)
-        total_power(self.model, state, moving)
+        _with_sides(state, self.active)
         tape.closed = True
         parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
         return tape, state, [*parameters, *(side for side, _ in tape.sides.values())]
 
 
+def _with_sides(state: State, active: tuple[int, ...]) -> list[Scalar]:
+    """Return what depends on sides: rates of speeds, the power of loads, and coefficients and forces of contacts."""
+    model, moving = state.model, motion(state.model, state, active)
+    laws = [x for contact in switching_contacts(model) for x in coefficients(model, state, contact)]
+    return [*moving.udot, total_power(model, state, moving), *laws]
+
+
+def switching_contacts(model: Model) -> tuple[Any, ...]:
+    """Return the contacts with a sign, an amount or an extreme in the expressions of their laws."""
+    if "switching contacts" not in model.memo:
+        model.memo["switching contacts"] = tuple(
+            contact
+            for contact in model.contacts
+            for laws in [(contact.friction, contact.static_friction, contact.normal_force)]
+            if any(isinstance(x, sympy.Basic) and x.has(*_KINKS) for x in laws)
+        )
+    return model.memo["switching contacts"]
+
+
+def laws_of(state: State) -> list[Scalar]:
+    """Return the e of the laws that have sides on the tape of a state."""
+    tape = state.field
+    return [e for _, e in tape.sides.values()] if isinstance(tape, SidedTape) else []
+
+
 def unsided(state: State) -> State:
     """Return a state on the same tape, whose laws switch by themselves; a state keeps the values it has found."""
     tape = state.field
-    assert isinstance(tape, SidedTape)
+    if not isinstance(tape, SidedTape):
+        return state
     tape.sided = False
     return traced_state(state.model, tape)
 
@@ -165,20 +211,20 @@ class Sides:
         self.kernels = SidedKernels(whole)
         self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.laws: tuple[Law, ...] = ()
-        self.program: Program = self.kernels.program("laws", self._functions, whole.model.n_u)
+        self.program: Program = self.kernels.program("laws", self.functions, whole.model.n_u)
 
     @property
     def texts(self) -> tuple[str, ...]:
         """Return e of each law."""
         return tuple(law.text for law in self.laws)
 
-    def _functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
+    def functions(self, state: State, udot: Sequence[Scalar] = ()) -> dict[str, list[Scalar]]:
         """Return e, ė and, of a law of order 2, ë of every law; ``udot`` are the rates of the speeds."""
         model, tape = self.whole.model, state.field
         assert isinstance(tape, SidedTape)
         tape.sided = True
-        qdot, moving = coordinate_rates(model, state), motion(model, state, self.whole.active)
-        self.flow = Flow(tape, [*moving.udot, total_power(model, state, moving)])
+        qdot = coordinate_rates(model, state)
+        self.flow = Flow(tape, _with_sides(state, self.whole.active))
         variables, rates = [state.t, *state.q, *state.u], [1, *qdot, *udot]
         outputs: list[Scalar] = []
         laws: list[Law] = []
@@ -191,8 +237,44 @@ class Sides:
         self.laws = tuple(laws)
         return {"laws": outputs}
 
+    def run(self, n_y: int, hoisted: Hoisted) -> SidedRun:
+        """Return the memory of a run, whose sides are the last of the parameters of ``hoisted``."""
+        constants = np.zeros(self.program.compiled.hoisted)
+        self.program.follow(hoisted, constants)
+        return sided_run(self, n_y, hoisted, self.program.address("laws"), constants)
+
+    def unseen(
+        self, plain: Sequence[Any], found: Sequence[Any], parameters: Array, near: float
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the steps of a run without sides that show no sign of a switch, and e of the law, which jumps.
+
+        ``plain`` and ``found`` are its segments, and those of the run with sides; times within ``near`` are the same.
+        """
+        times = np.concatenate([one.path.times for one in plain])
+        e = [
+            self.e(t, y, parameters)
+            for one in plain
+            for t, y in zip(one.path.times, one.path.states, strict=True)
+        ]
+        for before, after in pairwise(found):
+            t = after.path.start
+            here = self.e(t, after.path.states[0], parameters)
+            turned = before.kernels.sides, after.kernels.sides
+            first, last = np.searchsorted(times, t - near) - 1, np.searchsorted(times, t + near)
+            for k, law in enumerate(self.laws) if first >= 0 and last < len(times) else ():
+                low, high = e[first][k], e[last][k]
+                at_zero = abs(here[k]) <= ALIKE * max(
+                    abs(low), abs(high)
+                )  # an idle law follows at a start of a leg
+                if law.jumps and at_zero and turned[0][k] * turned[1][k] < 0 < low * high:
+                    yield float(times[first]), law.text
+
     def start(self, t: float, y: Array, parameters: Array) -> Array:
         """Return the sides of all laws at a state, 0 where e is zero."""
+        return np.sign(self.e(t, y, parameters))
+
+    def e(self, t: float, y: Array, parameters: Array) -> Array:
+        """Return e of all laws at a state, with the sides there."""
         sides, moved = np.zeros(len(self.laws)), self.whole.model.n_q + self.whole.model.n_u
         argument = np.concatenate([y[:moved], np.zeros(self.whole.model.n_u)])
         for _ in range(len(sides) + 1):  # an e may depend on other sides
@@ -201,7 +283,8 @@ class Sides:
             before, sides = sides, np.sign(found[::3])
             if (before == sides).all():
                 break
-        return sides
+        result: Array = found[::3]
+        return result
 
 
 def sided_kernels(kernels: Kernels) -> Kernels:
@@ -211,11 +294,31 @@ def sided_kernels(kernels: Kernels) -> Kernels:
 
 
 def sides_of(kernels: Kernels) -> Sides | None:
-    """Return the laws of a machine that switch; None if there are none, or if the rates are looped over links."""
-    if kernels.operations is None or kernels.operations.keys().isdisjoint(SWITCHING):
-        return None
+    """Return the laws of a machine that switch; None if there are none, or if they only bend in a very large tree.
+
+    Raises
+    ------
+    SimulationError
+        A law that jumps in a tree of so many bodies that its equations are only loops over links.
+    """
     if "sides" not in kernels.cache:
-        found = Sides(kernels)
-        kernels.cache["sides"] = found if found.laws else None
+        own, found = kernels.operations or {}, None
+        if not own.keys().isdisjoint(SWITCHING) or switching_contacts(kernels.model):
+            found = None if _is_looped(kernels, own) else Sides(kernels)
+        kernels.cache["sides"] = found if found and found.laws else None
     sides: Sides | None = kernels.cache["sides"]
     return sides
+
+
+def _is_looped(kernels: Kernels, operations: Mapping[str, int]) -> bool:
+    """Return True for a tree without straight code; refuse one whose laws jump."""
+    model, count = kernels.model, len(kernels.model.bodies)
+    if count < BODIES or not is_large(model):
+        return False
+    if "sign" in operations:
+        raise SimulationError(
+            f"Expected forces that do not jump in a tree of {BODIES} bodies or more, whose equations are loops over "
+            f"links, but those of '{model.name}', with {count}, have a sign(...), whose switches would not be located. "
+            "Give the jump a width of your choice, tanh(x/width) for sign(x)."
+        )
+    return True

@@ -14,9 +14,11 @@ Source: A. F. Filippov, Differential Equations with Discontinuous Righthand Side
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, inlined, reals_at
+from ...native.instructions import Reals, compiled, greater, inlined
 from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG
-from .sided_run import ENTERED, HOLDS, LEAST, RESTED, TURNED, SidedRun
+from .hoisted import Hoisted
+from .renewal import renew
+from .sided_run import ENTERED, HOLDS, LEAST, QUICK, RESTED, TURNED, SidedRun
 
 JUDGED, OTHER_SIDES, IS_STUCK = range(3)
 """Answers of `judge`: the sides hold; the rates of other sides are asked for; a law is stuck."""
@@ -29,10 +31,13 @@ def gauge(side: float, e: float, band: float) -> float:
 
 
 @compiled
-def renew(s: SidedRun) -> None:
-    """Let the constants of all programs follow the sides."""
-    for i in range(s.programs):
-        call(s.prologues[i], 0.0, s.parameters, 0, s.parameters, reals_at(s.places[i]), 0)
+def reset(s: SidedRun, start: float, until: float) -> None:
+    """Write the start of a run over the end of the last; all sides are unknown."""
+    for k in range(s.laws):
+        s.sides[k] = s.bands[k] = 0.0
+        s.idle[k] = s.judging[k] = 0
+    s.sense = 1.0 if until >= start else -1.0
+    s.stuck, s.count, s.quick = -1, 0, QUICK * abs(until - start)
 
 
 @compiled
@@ -133,10 +138,10 @@ def settle(s: SidedRun, t: float, y: Reals, rates: Reals, near: float) -> int:
         if found == 0:
             turn = s.laws + 1
         else:
-            renew(s)
+            renew(Hoisted(s.hoisted))
             changed = 1
     if find_idle(s) != 0:
-        renew(s)
+        renew(Hoisted(s.hoisted))
         changed = 1
     return changed
 

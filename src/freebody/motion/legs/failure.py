@@ -67,14 +67,14 @@ def _state(kernels: Kernels, values: Mapping[str, float], t: float, y: Array) ->
 
 def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> State:
     """Return the last good state."""
-    return _state(kernels, trajectory.values, path.end, path.states[-1])
+    return _state(kernels, trajectory.numbers, path.end, path.states[-1])
 
 
 def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
     """Return the sentence about loads whose force is not finite at the last state, such as a slip at rest."""
     model, y = kernels.model, path.states[-1]
     q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
-    state = float_state(model, q, u, path.end, dict(trajectory.values))
+    state = float_state(model, q, u, path.end, dict(trajectory.numbers))
     names = []
     for name in model.loads:
         try:
@@ -130,7 +130,7 @@ def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> st
 
     Other conditions that could take over have done so, except in runs with derivatives.
     """
-    better = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
+    better = taking_over(kernels, kernels.parameters(trajectory.numbers), path.end, path.states[-1])
     if better != kernels.active and trajectory.course.derivatives is not None:
         conditions = [row.name for row in rows(kernels.model)]
         lost, gained = (
@@ -221,7 +221,7 @@ def failure(
     name = "" if path.status in OF_EVENTS or stuck else kernels.names[culprit(path, kernels)]
     idle: tuple[str, ...] = ()
     if path.status in (End.NOT_FINITE, End.TOO_MANY_STEPS):
-        idle = massless(kernels, trajectory.values, path.end, path.states[-1])
+        idle = massless(kernels, trajectory.numbers, path.end, path.states[-1])
     if path.status == End.UNRESOLVED:
         what = (
             f"the event '{watched[path.blame].name}' has more zeros than can be told apart in one step, from "

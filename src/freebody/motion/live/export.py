@@ -12,6 +12,7 @@ from ...scalar.algebra import Expression
 from ..contact.course import Touching
 from ..contact.history import History
 from ..kernels.kernels import Kernels, kernels_of
+from ..kernels.sides import sides_of
 from ..request import Request, problem_of
 from .machine import LiveMachine
 from .module import module_of
@@ -46,7 +47,9 @@ def check_live(trajectory: Trajectory) -> None:
     check_machine(trajectory.kernels)
     if model.contacts:
         _check_contacts(trajectory)
-    elif hasattr(trajectory.path, "segments"):
+    elif trajectory.course.happenings or (
+        hasattr(trajectory.path, "segments") and sides_of(trajectory.kernels) is None
+    ):
         raise _refusal(
             model, "a motion in one leg", "one that blows, or conditions that depend on each other, interrupt",
             "Leave out the blows, or write the page without live=True",
@@ -81,12 +84,12 @@ def check_machine(kernels: Kernels) -> None:
     """Raise SimulationError for a machine whose motions cannot be computed live."""
     model = kernels.model
     without = "Write the page without live=True: it shows the motion that was computed here"
-    whole = model.families or (
-        model.unrolled if model.patches else ()
-    )  # Python chooses the points of a patch
-    if whole:
-        names = ", ".join(f"'{family.name}'" for family in whole[:3])
+    if model.families:
+        names = ", ".join(f"'{family.name}'" for family in model.families[:3])
         raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
+    if model.patches:  # Python chooses the points of a patch
+        names = ", ".join(sorted({f"'{patch.whole.owner}'" for patch in model.patches}))
+        raise _refusal(model, "contacts at single points", f"solids that touch in patches, {names}", without)
     count = sum(1 + contact.tangents for contact in model.contacts)
     if count > MOST_ROWS:
         raise _refusal(
@@ -125,7 +128,7 @@ def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Set
     model = kernels.model
     return Setting(
         kernels=kernels,
-        values=trajectory.values,
+        values=trajectory.numbers,
         initial=trajectory.initial,
         near=trajectory.near,
         state=path.states[0][: model.n_q + model.n_u].tolist(),

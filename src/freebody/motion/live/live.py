@@ -9,9 +9,11 @@ compiled for WebAssembly and for this computer.
 
 from __future__ import annotations
 
-from ...native.instructions import Compiled, Parts, greater
+from ...native.instructions import Compiled, Parts, address_of, greater
 from ..cones.collision import collided
 from ..cones.solution import find
+from ..kernels.hoisted import Hoisted
+from ..kernels.renewal import renew
 from ..ode import dop853
 from ..ode.layout import RUNNING
 from ..phase import endings, phase_kernels, projection
@@ -131,7 +133,11 @@ def simulate(live: Live) -> None:
     live.status, live.closed, live.worst, live.blame = RUNNING, MET, 0, 0
     live.steps = live.rejected = live.evaluated = live.frames = live.events = live.phases = 0
     live.reached = live.start
-    live.prologue(0.0, live.parameters, live.parameters, live.constants)
+    hoisted = Hoisted(live.hoisted)
+    for i in range(live.n_parameters):
+        hoisted.parameters[i] = live.parameters[i]
+    hoisted.programs, hoisted.prologues[0], hoisted.places[0] = 1, live.prologue, address_of(live.constants)
+    renew(hoisted)
     live.fault = first_fault(live) if live.n_positive > 0 else -1
     if live.fault >= 0:
         return

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy
 from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import (
     articulated_diagonal,
@@ -27,9 +27,11 @@ from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
 from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import Scalar
-from ...scalar.trace import Tape, Traced
+from ...scalar.trace import Traced
 from ...space.rotation import Rotation
+from ..kernels.hoisted import Hoisted
 from ..kernels.reading import expression_of
+from ..kernels.sides import laws_of, sided_kernels, sides_of, unsided
 from ..kernels.switches import value_of
 from ..ode.run import sizes
 from ..start.closing_record import sizes_of_closing
@@ -55,6 +57,8 @@ class LiveMachine:
     ----------
     functions : dict
         Name -> outputs on the tape.
+    names : tuple of str
+        Parameters, without those that the motion writes itself.
     named : dict
         Place of each component of the state whose start the setting names -> expression or number.
     """
@@ -65,12 +69,14 @@ class LiveMachine:
         self.setting = setting
         kernels = setting.kernels
         self.model = model = kernels.model
-        self.tape = tape = Tape()
-        self.state = state = traced_state(model, tape)
-        self.parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        self.names = tuple(model.given(dict(model.defaults)))
+        self.sides = sides_of(kernels)
+        self.tape, self.state, self.parameters = sided_kernels(kernels).recorded()
+        tape, state = self.tape, self.state
         self.kinds = rows(model)
         m, n = len(self.kinds), model.n_u
-        self.touching = TouchingMachine(setting) if model.contacts else None
+        # laws that switch are those of the loop from event to event, also without contacts
+        self.touching = TouchingMachine(setting) if model.contacts or self.sides is not None else None
         self.size = model.n_q + n + 2 if self.touching is not None else kernels.size
         count = self.touching.scene.candidates.inputs if self.touching is not None else 0
         selecting = n + m if kernels.active else 0
@@ -102,7 +108,9 @@ class LiveMachine:
         self, observed: Observed, answers: Callable[[State], Sequence[Scalar]]
     ) -> dict[str, list[Scalar]]:
         """Outputs of the functions of every machine."""
-        model, state, setting = self.model, self.state, self.setting
+        model, setting = self.model, self.setting
+        moving = self._moving(observed)
+        state = unsided(self.state)
         start: list[Scalar] = [
             state(self.named[i]) if i in self.named else x for i, x in enumerate(map(float, setting.state))
         ]
@@ -112,8 +120,8 @@ class LiveMachine:
             "beginning": [*start, *[0] * (self.size - len(start))],
             "conditions": [state(x) for x in model.assumed],
             "answering": list(answers(state)),
-            "events": [value_of(state, x) for x in events],
-            **self._moving(observed),
+            "events": [*(value_of(state, x) for x in events), *laws_of(self.state)],
+            **moving,
         }
         if self.size > len(start):
             result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]
@@ -123,7 +131,8 @@ class LiveMachine:
         """Outputs of the functions that move the machine, and of what a caller wants to see."""
         model, state, kernels = self.model, self.state, self.setting.kernels
         if self.touching is not None:
-            return self.touching.functions(state, self.given, observed)
+            laws = {} if self.sides is None else self.sides.functions(state, self.given[: model.n_u])
+            return {**laws, **self.touching.functions(state, self.given, observed)}
         moving = motion(model, state, kernels.active)
         rates = [*coordinate_rates(model, state), *moving.udot]
         power = [total_power(model, state, moving)] if kernels.works else []
@@ -149,6 +158,13 @@ class LiveMachine:
             "least": least_speed_change(model, state, Selection(selection[:n], selection[n:])),
         }
 
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the components of the state."""
+        if self.touching is None:
+            return self.setting.kernels.names
+        return (*self.model.coordinate_names, *self.model.speed_names, "work", "heat of friction")
+
     # -- memory -----------------------------------------------------------------------------------------------
 
     def memory(self, addresses: Mapping[str, int], constants: int) -> Live:
@@ -157,7 +173,8 @@ class LiveMachine:
         count = {name: len(outputs) for name, outputs in self.functions.items()}
         touching, size = self.touching, self.size
         room = setting.most_steps if touching is None else PIECE
-        of_run = sizes(size, len(setting.specs) + (0 if touching is None else len(touching.scene.endings)))
+        watched = len(setting.specs) + (0 if touching is None else touching.endings)
+        of_run = sizes(size, watched)
         asked = bool(setting.specs)
         live = Live.made(
             **of_run,
@@ -165,7 +182,7 @@ class LiveMachine:
             **sizes_of(touching, addresses, constants, of_run["zeros"]),
             n_contacts=len(model.contacts),
             n_events=len(setting.specs),
-            n_parameters=len(self.parameters),
+            n_parameters=len(self.names),
             n_outputs=count.get("observation", 0),
             n_answers=count.get("answering", 0),
             n_positive=count.get("conditions", 0),
@@ -178,17 +195,23 @@ class LiveMachine:
             room_of_piece=(room + 1) * (2 + size),
             room_of_events=(setting.most_steps if touching else room) + of_run["zeros"] if asked else 0,
         )
-        live.parameters[:] = kernels.parameters(setting.values)
+        live.parameters[:] = kernels.parameters(setting.values)[: live.parameters.size]
         live.initial[: model.n_q + model.n_u] = setting.state
         live.start, live.until = setting.begin, setting.until
         live.most_steps, live.most_frames, live.dense = setting.most_steps, setting.most_frames, 1
         live.prologue = addresses["prologue"]
+        places = (
+            1 if touching is None else 1 + len(touching.of_phase.programs) + len(touching.of_looking.programs)
+        )
+        self.hoisted = Hoisted.made(numbers=len(self.parameters), most_programs=places)
+        self.hoisted.parameters[: len(model.parameters)] = kernels.parameters(setting.values)
+        live.hoisted = self.hoisted.memory
         for name in ("beginning", "conditions", "answering", "observation", "energies"):
             setattr(live, name, addresses.get(name, 0))
         if touching is None:
             self._equip(live, addresses)
         else:
-            touching.equip(live, addresses)
+            touching.equip(live, addresses, self.hoisted)
         if kernels.active:
             self._fill_closing(live, addresses)
         return live

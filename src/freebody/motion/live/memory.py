@@ -29,6 +29,7 @@ class Touching(Record):
     ``phase``, ``looking``     memory of the present phase, and of the functions of all contacts (`PhaseData`)
     ``of_phase``, ``of_looking``    places in these of the constants of kernels
     ``observing``              kernel of what a caller wants to see, of the state in the present phase
+    ``sides``                  of laws that switch, in the phase that is shown
     ``fades``                  power of two by which there are fewer frames than at first
     ``log_*`` and so on        rows of the run
     """
@@ -54,6 +55,7 @@ class Touching(Record):
     crossed_at: Annotated[Row, "n_final"]
     watch: Annotated[Row, "n_watched"]
     watch_later: Annotated[Row, "n_watched"]
+    sides: Annotated[Row, "n_laws"]
     marks: Annotated[Wholes, "n_marks"]
     numbers: Annotated[Row, "n_numbers_logged"]
     times: Annotated[Row, "n_logged"]
@@ -96,7 +98,7 @@ class Live(Record):
                       its start, its first frame, and the modes of all contacts (`phase.laws`)
 
     The rest is the machine's: number of coordinates and speeds (``n_state``), kernels, and memory of
-    `gauss_newton.close` and of the run.
+    `gauss_newton.close` and of the run. ``hoisted`` are the parameters that the run goes on with (`kernels.hoisted`).
     """
 
     start: Real
@@ -132,7 +134,8 @@ class Live(Record):
     event_numbers: Annotated[Wholes, "room_of_events"]
     event_signs: Annotated[Wholes, "room_of_events"]
     event_states: Annotated[Rows, "room_of_events", "n"]
-    prologue: Kernel
+    prologue: Count
+    hoisted: Row
     beginning: Kernel
     conditions: Kernel
     answering: Kernel
@@ -151,6 +154,7 @@ class Live(Record):
     step_lengths: Annotated[Row, "rows_of_steps"]
     step_states: Annotated[Rows, "rows_of_steps", "n"]
     n_state: Count
+    n_parameters: Count
     n_constants: Count
     n_contacts: Count
     n_events: Count

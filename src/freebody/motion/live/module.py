@@ -34,15 +34,21 @@ def module_of(
     setting, model = machine.setting, machine.model
     header, code = _object(machine)
     names = list(machine.functions)
-    called = CALLED if model.contacts else ()
+    called = CALLED if machine.touching is not None else ()
     table = ["prologue", *(f"f{k}" for k in range(len(names))), *called]
     addresses = {name: k for k, name in enumerate(["prologue", *names, *called], 1)}
     live = machine.memory(addresses, header["hoisted"])
     base = base_of_image(code)
     touching = machine.touching
-    others: tuple[Record, ...] = ()
+    others: tuple[Record, ...] = (machine.hoisted,)
     if touching is not None:
-        others = touching.run, touching.problem, touching.of_phase.data, touching.of_looking.data
+        others += (
+            touching.run,
+            touching.problem,
+            touching.of_phase.data,
+            touching.of_looking.data,
+            *touching.laws,
+        )
     image = live.image_at(base, others)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)
@@ -51,8 +57,8 @@ def module_of(
         address=base,
         fields={name: (base + place, KIND[kind], shape) for name, (place, kind, shape) in places.items()},
         imports=module.imports,
-        parameters=tuple(parameter.name for parameter in model.parameters),
-        state=setting.kernels.names,
+        parameters=machine.names,
+        state=machine.state_names,
         outputs=outputs,
         events=tuple(spec.name for spec in setting.specs),
         answers=answers,

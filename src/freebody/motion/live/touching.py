@@ -7,17 +7,20 @@ out, except at the ends of phases, and later pieces have half as many.
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, whole
+from ...native.instructions import address_of, compiled, whole
 from ..cones.contacts import Contacts
 from ..events import event_run
 from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
-from ..events.jumps import forget_signs
+from ..events.jumps import forget_signs, take_sides
 from ..events.moment import copy, look
+from ..kernels.hoisted import Hoisted
+from ..kernels.renewal import renew
+from ..kernels.sided_run import SidedRun
+from ..kernels.switching import reset
 from ..ode import dop853
 from ..ode.layout import RUNNING
-from ..phase.phase_record import PhaseData
-from .memory import DEEP, TOO_MANY_PHASES, Live, Touching
+from .memory import DEEP, TOO_MANY_PHASES, Live
 
 sample = dop853.FUNCTIONS["sample"]
 
@@ -37,6 +40,8 @@ def run_from_event_to_event(live: Live) -> int:
     fresh = 0
     while code == RUNNING:
         follows, before = it.stage == event_run.FOLLOW, it.marked
+        if it.laws > 0 and follows:
+            copy(SidedRun(it.sided).sides, live.touching.sides, it.laws)
         code = pass_stage(it, live.run, contacts)
         if follows and code != event_run.LONGER:
             if show(live, it, fresh) == 0:
@@ -71,11 +76,10 @@ def begin(live: Live, it: EventRun) -> None:
     hold, run = live.touching, live.run
     copy(hold.fresh if hold.kept != 0 else hold.run, hold.run if hold.kept != 0 else hold.fresh, hold.n_fresh)
     hold.kept = 1
-    for i in range(it.rings):
-        live.parameters[it.ring_at[i]], live.parameters[it.ring_at[i] + 1] = 1.0, 0.0
-    if it.rings > 0:
-        live.prologue(0.0, live.parameters, live.parameters, live.constants)
-    spread(live, hold)
+    aim(live, it)
+    if it.laws > 0:
+        reset(SidedRun(it.sided), live.start, live.until)
+    take_sides(it)
     hold.fades = 0
     it.t, it.target = live.start, live.until
     copy(run.initial, it.y, it.n_y)
@@ -85,12 +89,25 @@ def begin(live: Live, it: EventRun) -> None:
 
 
 @compiled
-def spread(live: Live, hold: Touching) -> None:
-    """Write the constants of the kernels where the functions of phases read them."""
-    for k in range(hold.n_of_phase):
-        copy(live.constants, hold.phase[hold.of_phase[k] :], live.n_constants)
-    for k in range(hold.n_of_looking):
-        copy(live.constants, hold.looking[hold.of_looking[k] :], live.n_constants)
+def aim(live: Live, it: EventRun) -> None:
+    """Let the constants of the kernels follow the parameters where the functions of phases read them.
+
+    Points of disks that lie flat are where they are at first.
+    """
+    hoisted, hold = Hoisted(it.hoisted), live.touching
+    for i in range(it.rings):
+        hoisted.parameters[it.ring_at[i]], hoisted.parameters[it.ring_at[i] + 1] = 1.0, 0.0
+    k = hoisted.programs
+    for i in range(hold.n_of_phase):
+        hoisted.prologues[k], hoisted.places[k] = live.prologue, address_of(hold.phase[hold.of_phase[i] :])
+        k += 1
+    for i in range(hold.n_of_looking):
+        hoisted.prologues[k], hoisted.places[k] = (
+            live.prologue,
+            address_of(hold.looking[hold.of_looking[i] :]),
+        )
+        k += 1
+    hoisted.programs = k
 
 
 @compiled
@@ -122,17 +139,27 @@ def show(live: Live, it: EventRun, fresh: int) -> int:
         live.times[at + k - skipped] = first + k / count * (last - first)
     live.frames += count + 1 - skipped
     live.times[live.frames - 1] = last
+    exchange_sides(live, it)
     live.viewer.sampled = 0
     sample(live.viewer, n, live.dense, live.frames - at, live.times[at:], live.states[at])
     work = live.n_state
-    if it.rings > 0:  # points of disks that lie flat have turned
-        copy(PhaseData(hold.looking).machine_c, live.constants, live.n_constants)
-        spread(live, hold)
     for k in range(at, live.frames):
         if live.n_outputs > 0:
             hold.observing(live.times[k], live.states[k], hold.phase, live.outputs[k])
         live.states[k, work] += it.impulses
+    exchange_sides(live, it)
     return 1
+
+
+@compiled
+def exchange_sides(live: Live, it: EventRun) -> None:
+    """Exchange the sides of laws with those of the phase that is shown, after which they may have switched."""
+    s, kept, changed = SidedRun(it.sided), live.touching.sides, 0
+    for k in range(it.laws):
+        if s.sides[k] != kept[k]:
+            s.sides[k], kept[k], changed = kept[k], s.sides[k], 1
+    if changed != 0:
+        renew(Hoisted(it.hoisted))
 
 
 @compiled

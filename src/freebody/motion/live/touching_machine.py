@@ -20,6 +20,9 @@ from ...dynamics import State
 from ...scalar.algebra import Scalar
 from ..cones.contacts import Contacts, contacts_room
 from ..events import event_run
+from ..kernels.hoisted import Hoisted
+from ..kernels.sided_run import SidedRun, sided_run
+from ..kernels.sides import sided_kernels
 from ..phase.scene import DataProgram, Source, scene_of
 from .memory import Live
 from .setting import Setting
@@ -58,7 +61,7 @@ class Placed:
 SIZES = (
     "n_fresh", "n_of_phase", "n_of_looking", "n_endings",
     "n_final", "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
-    "room_of_modes",
+    "room_of_modes", "n_laws",
 )  # fmt: skip
 
 
@@ -66,13 +69,17 @@ class TouchingMachine:
     """What a machine with contacts has besides others.
 
     ``run``, ``problem``       memory of the run and of its contact problem, once there is a `Live`
+    ``laws``                   that of laws that switch, if there are any
+    ``endings``                number of functions that end a phase: of these laws, and of contacts
     """
 
     run: event_run.EventRun
     problem: Contacts
 
     def __init__(self, setting: Setting) -> None:
-        self.setting, self.scene = setting, scene_of(setting.kernels)
+        self.setting, self.scene = setting, scene_of(sided_kernels(setting.kernels))
+        self.laws: tuple[SidedRun, ...] = ()
+        self.endings = self.scene.laws + len(self.scene.endings)
         self.candidates = self.scene.candidates
         self.candidates.program()  # for the pattern of its outputs
 
@@ -96,7 +103,8 @@ class TouchingMachine:
 
     def programs(self, addresses: Mapping[str, int], constants: int) -> tuple[DataProgram, DataProgram]:
         """Data of the functions of phases, and of all contacts, for functions at these addresses."""
-        scene, count = self.scene, len(self.setting.specs)
+        scene, first = self.scene, len(self.setting.specs)
+        count = first + scene.laws
         absent = {
             "observation": 0,
             "values": addresses.get("events", 0),
@@ -115,7 +123,13 @@ class TouchingMachine:
         }
         return (
             phase.data(
-                sizes, ("observation", kernels), kernels if count else None, count, whole=True, source=source
+                sizes,
+                ("observation", kernels),
+                kernels if count else None,
+                count,
+                whole=True,
+                source=source,
+                first=first,
             ),
             phase.data({"looked": 6 * E + 2 * m + n + 2 * m * n}, source=source),
         )
@@ -130,15 +144,15 @@ class TouchingMachine:
         found = PIECE + zeros + 1
         crossed, rows = found if count else 0, 2 * PIECE + 64
         # four times what one stage adds (`events.log.room_for_event`)
-        marks = 16 * (16 + 4 * E + m) + 8 * crossed
+        marks = 16 * (16 + 4 * E + m + scene.laws) + 8 * crossed
         numbers = 16 * (16 + 4 * n_y + 4 * E + 4 * m) + 2 * (n_y + 1) * crossed
         return dict(zip(SIZES, (
             self.run.memory.size, len(self.of_phase.programs), len(self.of_looking.programs), len(scene.endings),
-            count + 1, count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES,
-            MOST_PHASES * E,
+            count + 1, count + self.endings, marks, numbers, rows, rows * n_y, found, MOST_PHASES,
+            MOST_PHASES * E, scene.laws,
         ), strict=True))  # fmt: skip
 
-    def equip(self, live: Live, addresses: Mapping[str, int]) -> None:
+    def equip(self, live: Live, addresses: Mapping[str, int], hoisted: Hoisted) -> None:
         """Write what the loop reads of the machine."""
         it, hold, scene, setting = self.run, live.touching, self.scene, self.setting
         model, count = scene.model, len(setting.specs)
@@ -160,9 +174,9 @@ class TouchingMachine:
             run.longest, run.required = np.inf, count
             run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search = live.run.search
-        search.functions, search.c, search.guarded = addresses["watched"], hold.phase, len(scene.endings)
-        search.directions[:] = [*(spec.direction for spec in setting.specs), *[-1] * len(scene.endings)]
-        search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * len(scene.endings)]
+        search.functions, search.c, search.guarded = addresses["watched"], hold.phase, self.endings
+        search.directions[:] = [*(spec.direction for spec in setting.specs), *[-1] * self.endings]
+        search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * self.endings]
         search.log_times, search.log_states = hold.event_times, hold.event_states
         search.log_numbers, search.log_signs = hold.event_numbers, hold.event_signs
         for name, function in OF_RUN.items():
@@ -170,7 +184,7 @@ class TouchingMachine:
         it.piece, it.finding, it.colliding = (addresses[name] for name in ("piece", "find", "collided"))
         it.energy, it.energy_c = addresses["energies"], live.constants
         it.looking, it.phase = hold.looking, hold.phase
-        it.prologue, it.parameters, it.constants = live.prologue, live.parameters, live.n_constants
+        it.hoisted = hoisted.memory
         it.turned, it.quaternions = len(model.quaternions), live.quaternions
         for name in (
             "ending",
@@ -189,7 +203,7 @@ class TouchingMachine:
         ):
             setattr(it, name, getattr(hold, name))
         it.marks_room, it.numbers_room, it.path_room = hold.marks.size, hold.numbers.size, hold.times.size
-        it.events = it.asked = count
+        it.events, it.asked, it.laws, it.first_law = count + scene.laws, count, scene.laws, count
         it.crossed = hold.event_times.size if count else 0
         it.ready, it.moving = 1, self.candidates.moving
         it.sequential, it.refuse = setting.sequential, setting.refuse
@@ -197,6 +211,9 @@ class TouchingMachine:
         it.past[:] = -1
         it.last = it.met_at = -math.inf
         live.tolerances[:] = [*setting.relative[: model.n_q + model.n_u], *[max(setting.relative)] * 2]
+        if scene.sides is not None:
+            laws = sided_run(scene.sides, live.tolerances.size, hoisted, addresses["laws"], live.constants)
+            laws.relative[:], it.sided, self.laws = live.tolerances, laws.memory, (laws,)
 
 
 def sizes_of(

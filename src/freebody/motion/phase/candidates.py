@@ -25,10 +25,9 @@ from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constrained import constraint_power
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.conditions.contact import (
+    coefficients,
     contact_layout,
     contact_rows,
-    friction_coefficient,
-    given_normal_force,
     reaches_along,
     rows_of,
     touch,
@@ -40,7 +39,6 @@ from ...dynamics.linear import Factorization, entries
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
-from ...model.contact import Contact
 from ...scalar.algebra import divide, is_always_zero
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
@@ -109,17 +107,6 @@ def layout_of(model: Model) -> tuple[list[int], list[int], int]:
         else:
             tangents[row.contact] += 1
     return first, tangents, len(layout)
-
-
-def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
-    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, N of the state, its adhesion."""
-    at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
-    return [
-        friction_coefficient(model, state, contact),
-        *map(state, at_rest),
-        given_normal_force(model, state, contact),
-        state(contact.adhesion),
-    ]
 
 
 def stretches(model: Model, value: Callable[[Any], Any]) -> list[Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
 from ..kernels.contact_quantities import NAMES, Asked
+from ..kernels.hoisted import Hoisted
 from ..ode.dense_output import Array
 from .candidates import ContactPattern
 from .phase_record import PhaseData
@@ -54,6 +55,12 @@ class DataProgram:
             last = key, data
             self._last[:] = [last]
         return last[1].copied().memory
+
+    def follow(self, hoisted: Hoisted, c: Array) -> None:
+        """Let the constants of the kernels in c follow the parameters that a run writes."""
+        for name, program in self.programs.items():
+            place, _, (size,) = self.data.placed[f"{name}_c"]
+            program.follow(hoisted, c[place : place + size])
 
     def set_parameters(self, c: Array, parameters: Array) -> None:
         """Write the constants of the kernels for these parameters, and for the sides of laws that switch, into c."""

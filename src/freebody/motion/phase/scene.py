@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ...dynamics import State
-from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, touches
+from ...dynamics.conditions.contact import coefficients, contact_layout, contact_rows, reaches_along, touches
 from ...dynamics.contact_motion import contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError
@@ -28,7 +28,7 @@ from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
 from ..kernels.sides import SidedKernels, sides_of
 from ..ode.dense_output import Array, Rates, outputs_at
-from .candidates import Candidates, coefficients
+from .candidates import Candidates
 from .laws import CLOSED, DEPENDENT
 from .phase_data import DataProgram, phase_data
 from .phase_record import PhaseData

@@ -79,7 +79,8 @@ class ComputedMotion:
         course: Course,
     ) -> None:
         self.kernels = kernels
-        self.values = dict(values)
+        self.numbers = dict(values)
+        self.values = kernels.model.given(self.numbers)
         self.path = path
         self.specs = tuple(specs)
         self.tolerances = tolerances
@@ -114,7 +115,7 @@ class ComputedMotion:
 
     @cached_property
     def _parameters(self) -> Array:
-        return self.kernels.parameters(self.values)
+        return self.kernels.parameters(self.numbers)
 
     @cached_property
     def t(self) -> Array:

@@ -363,7 +363,7 @@ def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
         program = segment.kernels.contact()
         forces = observe(
             program.address("force"), len(layout), times, segment.path.sample(times),
-            program.constants(segment.values(segment.kernels.parameters(trajectory.values))),
+            program.constants(segment.values(segment.kernels.parameters(trajectory.numbers))),
         )[0]  # fmt: skip
     return {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
 

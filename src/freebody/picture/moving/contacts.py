@@ -86,7 +86,7 @@ class Contacts:
         for k in range(len(model.contacts)):
             self.first.append(next(i for i, row in enumerate(layout) if row.contact == k))
         self.rows = len(layout)
-        self.ratios = stretch_numbers(model, trajectory.values)
+        self.ratios = stretch_numbers(model, trajectory.numbers)
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
         def frames(state: State) -> dict[str, Sequence[Scalar]]:
@@ -99,7 +99,7 @@ class Contacts:
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
-        self.constants = self.program.constants(kernels.parameters(trajectory.values))
+        self.constants = self.program.constants(kernels.parameters(trajectory.numbers))
 
     def forces(self, phase: Any, times: Array, states: Array) -> Array:
         """Forces of all contacts in the order of :func:`contact_layout`, shape (n, rows)."""
@@ -109,7 +109,8 @@ class Contacts:
         if type(phase.path).__name__ == "Leap":  # at its start, slip has no direction yet
             times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
         program = phase.kernels.contact()
-        constants = program.constants(phase.kernels.parameters(self.trajectory.values))
+        common = self.kernels.parameters(self.trajectory.numbers)
+        constants = program.constants(common if phase.parameters is None else phase.parameters)
         return observe(program.address("force"), self.rows, times, states, constants) * self.ratios
 
     def geometry(self, times: Array, states: Array) -> Array:

@@ -221,7 +221,7 @@ class _Source:
         self.trajectory = trajectory
         kernels = trajectory.kernels
         self.model = model = kernels.model
-        self.parameters = kernels.parameters(trajectory.values)
+        self.parameters = kernels.parameters(trajectory.numbers)
         self.arrows = arrows(kernels)
         self.loads = [arrow for arrow in self.arrows if arrow.group == "force"]
         self.count = len(model.bodies)
@@ -385,12 +385,16 @@ class _Source:
 
 @dataclass(frozen=True, eq=False)
 class Phase:
-    """Part of a motion in which nothing jumps; ``impulses`` is the work of all jumps before it [J]."""
+    """Part of a motion in which nothing jumps; ``impulses`` is the work of all jumps before it [J].
+
+    ``parameters`` are the values of the parameters, if they are not those of the whole run.
+    """
 
     path: Any
     kernels: Any
     impulses: float = 0.0
     modes: tuple[str, ...] = ()
+    parameters: Any = None
 
 
 def phases_of(trajectory: Trajectory) -> list[Phase]:
@@ -401,7 +405,7 @@ def phases_of(trajectory: Trajectory) -> list[Phase]:
         return [Phase(path, trajectory.kernels)]
     least = 1e-9 * abs(path.end - path.start)
     long = [s for s in segments if abs(s.path.end - s.path.start) > least] or segments[-1:]
-    return [Phase(s.path, s.kernels, s.impulses, tuple(s.modes)) for s in long]
+    return [Phase(s.path, s.kernels, s.impulses, tuple(s.modes), s.parameters) for s in long]
 
 
 @dataclass(frozen=True)
@@ -423,6 +427,6 @@ def paths_of_arrows(trajectory: Trajectory, keys: Keyframes) -> dict[str, Array]
         return {"points": [x for point in moving_points(kernels.model, state).values() for x in point]}
 
     program = kernels.program("points of arrows", points)
-    constants = program.constants(kernels.parameters(trajectory.values))
+    constants = program.constants(kernels.parameters(trajectory.numbers))
     all_points = observe(program.address("points"), 3 * len(names), keys.t, keys.states, constants)
     return {name: all_points[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}

@@ -147,6 +147,7 @@ async function simulator(live, scene) {
       114: `A contact was passed over within one step ${at}: the motion is shown until then.`,
       120: `The contact "${(live.contacts[whole("blame")] || {}).name}" begins below its surface.`,
       121: `More phases than the page has room for: the motion is shown until t = ${digits(field.reached[0])} s.`,
+      14: `${live.laws[whole("blame")]} reaches zero ${at}, and the forces on either side of it lead back: what happens there is open.`,
       11: `The event "${live.events[whole("blame")]}" has no value ${at}.`,
     }[status] ?? `The motion stopped ${at}.`;
   }

@@ -99,6 +99,7 @@ def simulator(
         "assumed": list(module.assumed),
         "conditions": list(module.conditions),
         "state": list(module.state),
+        "laws": [] if machine.sides is None else list(machine.sides.texts),
     }
 
 

@@ -22,19 +22,13 @@ def sliders(
     system: System, model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], near: Mapping[Any, Any],
     without: Collection[str] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Return sliders with their values, ranges and units; parameters named in ``without`` have none.
-
-    Nor have those that a motion writes itself, the angles of the points of disks that lie flat.
-    """
+    """Return sliders with their values, ranges and units; parameters named in ``without`` have none."""
     result = []
     about = about_of(system)
-    turns = [name for ring in model.rings for name in ring.names]
-    relevant = relevant_parameters(system, model, initial, near).difference(without, turns)
-    for parameter in model.parameters:
-        name = parameter.name
+    relevant = relevant_parameters(system, model, initial, near).difference(without)
+    for name, x in values.items():
         if name not in relevant:
             continue
-        x = values[name]
         unit, text = about.get(name, ("", ""))
         low, high = range_of(model, name, x)
         result.append(slider("values", name, x, low, high, unit, text))

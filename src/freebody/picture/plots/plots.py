@@ -493,7 +493,7 @@ def angular_velocity(trajectory: Trajectory, body: str) -> Array:
     program = kernels.program(
         ("spin", body), lambda state: {"spin": list(of_body(kernels.model, state, Named(body)))}
     )
-    constants = program.constants(kernels.parameters(trajectory.values))
+    constants = program.constants(kernels.parameters(trajectory.numbers))
     return observe(
         program.address("spin"), program.outputs("spin"), trajectory.t, trajectory.states, constants
     )

@@ -194,6 +194,12 @@ def test_a_machine_with_it_is_drawn():
         ),
         (lambda s, p: s.stop("x", "q1", low=0, stiffness=1), "A compliant stop 'x' is a load on a joint"),
         (lambda s, p: s.stop("x", "q1' + q2", low=0), 'got "q1\' + q2", which depends on q1'),
+        (
+            lambda s, p: s.stop("x", "abs(q1)", high=1),
+            "Expected a displacement without a jump or a bend for stop 'x', got 'abs(q1)': where it bends, the force "
+            "of the stop has no direction. Limit each part by a stop of its own: abs(y) to h by low=-h, high=h of y, "
+            "max(a, b) by a stop of a and one of b.",
+        ),
         (lambda s, p: s.stop("x", 3, low=0), "Expected a joint or an expression of coordinates for stop 'x'"),
         (lambda s, p: s.stop("x", p, low="q2"), "must be constant, but it depends on q2"),
         (lambda s, p: s.stop("dry", p, low=0), "There is already a contact 'dry'"),

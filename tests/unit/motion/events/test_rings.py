@@ -204,3 +204,15 @@ def test_a_drum_tips_beside_a_load_that_switches():
     # ½ x'² + 50 x² + 20 |x| is constant
     v, x = motion["x'"], motion["x"]
     np.testing.assert_allclose(v**2 / 2 + 50 * x**2 + 20 * abs(x), 70, rtol=1e-8)
+
+
+@pytest.mark.parametrize("given", [1.0, np.array([1.0, 0.9])])
+def test_angles_are_no_parameters_of_the_machine(given):
+    """The motion writes them: they are not among its values, and nobody gives them."""
+    s = pushed()
+    motion = fb.simulate(s, 0.01, initial=START)
+    assert motion.values == {"F": 0, "f": 0, "al": 0, "mu": 0.9}
+    assert fb.simulate(s, 0.01, initial=START, values=motion.values).values == motion.values
+    with pytest.raises(fb.errors.ModelError) as error:
+        fb.simulate(s, 0.01, initial=START, values={"table_1_turn_cos": given})
+    assert str(error.value) == "Unknown parameter 'table_1_turn_cos'; known names: F, al, f, mu."

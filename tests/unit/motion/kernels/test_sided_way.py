@@ -184,3 +184,47 @@ def test_legs_of_a_signal():
     motion = fb.simulate(s, 2, initial={"x": 1}, times=[0.5, 1, 2])
     assert motion["x"][:2] == pytest.approx(rocking(np.array([0.5, 1.0])), abs=1e-10)
     assert np.abs(motion.energy.residual).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_the_method_of_structure_switches():
+    """A block on a spring k and a stop of 3 k: half turns of ω = √k and of 2 ω, without any change of the energy."""
+    s = fb.System("block")
+    guide = s.slider("guide", s.ground, s.body("block", fb.particle(1)), axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=K)
+    s.stop("wall", guide, low=0, stiffness=3 * K)
+    half = np.pi / np.sqrt(K)
+    motion = fb.simulate(s, 7.5 * half, initial={"x'": 1}, method="structure", step=0.01)
+    t = np.mod(motion.t, 1.5 * half)
+    exact = np.where(t < half, np.sin(10 * t) / 10, -np.sin(20 * (t - half)) / 20)
+    assert motion["x"] == pytest.approx(exact, abs=1e-9)
+    assert np.abs(motion.energy.residual).max() < 1e-14
+
+
+def blocks(count, law):
+    """Blocks on rails of their own, one of them under a law."""
+    s = fb.System("blocks")
+    for i in range(count):
+        body = s.body(f"b{i}", fb.particle(1))
+        s.slider(f"guide{i}", s.ground, body, axis="x", coordinate=f"x{i}")
+    s.force("law", s.bodies["b0"], (law, 0, 0))
+    return s
+
+
+def test_trees_of_many_links_switch():
+    """From 40 bodies on, equations are loops over links; those of laws that switch are not, up to 200."""
+    motion = fb.simulate(blocks(45, f"-{K}*sign(x0)"), 10, initial={"x0": 1})
+    assert motion["x0"] == pytest.approx(rocking(motion.t), abs=1e-9)
+
+
+def test_very_large_trees_only_bend():
+    """x'' = -x'|x'|, x = ln(1 + t), is smooth for x' > 0."""
+    motion = fb.simulate(blocks(200, "-x0'*abs(x0')"), 1, initial={"x0'": 1})
+    assert motion["x0"][-1] == pytest.approx(np.log(2), abs=1e-8)
+    with pytest.raises(SimulationError) as error:
+        fb.simulate(blocks(200, "-sign(x0)"), 1, initial={"x0": 1})
+    assert str(error.value) == (
+        "Expected forces that do not jump in a tree of 200 bodies or more, whose equations are loops over links, but "
+        "those of 'blocks', with 200, have a sign(...), whose switches would not be located. Give the jump a width of "
+        "your choice, tanh(x/width) for sign(x)."
+    )

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.motion.kernels.hoisted import Hoisted
 from freebody.motion.kernels.kernels import kernels_of
-from freebody.motion.kernels.sided_run import sided_run
 from freebody.motion.kernels.sides import SidedTape, sides_of
 from freebody.native import loop
 
@@ -66,7 +66,8 @@ def test_the_laws_of_a_machine():
 
 def counting(sides, at):
     """Return the laws on whose sides the rates depend."""
-    run = sided_run(sides, 2, 0)
+    hoisted = Hoisted.made(numbers=len(sides.whole.model.parameters) + len(sides.laws), most_programs=1)
+    run = sides.run(2, hoisted)
     run.sides[:] = at
     loop.code("motion.kernels.switching", "find_idle")(run)
     return set(np.flatnonzero(run.idle == 0).tolist())

@@ -177,6 +177,7 @@ def test_files_and_pickles_keep_the_sides(tmp_path):
     motion.save(tmp_path / "edge.nc")
     for copy in (pickle.loads(pickle.dumps(motion)), fb.Trajectory.load(tmp_path / "edge.nc")):
         assert (copy.path.sample(times) == motion.path.sample(times)).all()
+        assert (copy.path.sample(times, dense=True) == motion.path.sample(times, dense=True)).all()
 
 
 def test_runs_again_with_other_values():
@@ -189,3 +190,16 @@ def test_runs_again_with_other_values():
         rest, v = 0.1 - t, -side * K * t
         exact = 1 - side * K * t * t / 2 + v * rest + side * K * rest**2 / 2
         assert motion["x"][-1] == pytest.approx(exact, abs=1e-9)
+
+
+def test_beside_patches():
+    """A box on a smooth floor, on which it lies by a face, under -k sign(x)."""
+    s = fb.System("box")
+    s.gravity = (0, 0, -G)
+    body = s.body("box", fb.box(1, (1, 1, 1)))
+    s.free("f", s.ground, body)
+    s.contacts("all", [body.box((1, 1, 1)), s.ground.box((20, 20, 1), at=(0, 0, -0.5))], friction=0)
+    s.force("law", body.center, (f"-{K}*sign(f_x)", 0, 0))
+    motion = fb.simulate(s, 3, initial={"f_x": 1.0, "f_z": 0.5})
+    assert motion.kernels.model.patches and motion.path.rejected == 0
+    assert motion["f_x"] == pytest.approx(rocking(motion.t), abs=1e-9)

@@ -51,6 +51,35 @@ def tipping() -> fb.System:
     return s
 
 
+K, G = 100.0, 9.81
+
+
+def under(law: str, beside: bool) -> fb.System:
+    """A block of 1 kg under a law and, if it is ``beside``, a ball that bounces without loss."""
+    s = fb.System("block")
+    s.parameters(k=K, g=G)
+    body = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, body, axis="x", coordinate="x")
+    s.force("law", body, (law, 0, 0))
+    if beside:
+        ball = s.body("ball", fb.particle(1))
+        s.slider("fall", s.ground, ball, axis="y", coordinate="y")
+        s.force("weight", ball, (0, "-g", 0))
+        s.contact("floor", ball.point(0, 0, 0), s.ground.plane(normal="y"), friction=0, restitution=1)
+    return s
+
+
+def rocking(t, k=K):
+    """x of x'' = -k sign(x) from rest at 1: parabolas, each of 2 √(2/k), of alternate sides."""
+    half = 2 * np.sqrt(2 / k)
+    n, rest = np.divmod(t + half / 2, half)
+    return (-1) ** n * (1 - k * (rest - half / 2) ** 2 / 2)
+
+
+def switched(law: str, beside: bool, until: float, **start: float) -> fb.Trajectory:
+    return fb.simulate(under(law, beside), until, initial=start | ({"y": 1.0} if beside else {}))
+
+
 MOTIONS = {
     "tipping": (tipping, 1.02, {"initial": {"f_z": 0.15}}),
     "rolling": (rolling, 2, {"initial": {"f_z": 0.12, "f_vx": 0.5, "f_wx": 3.0, "f_wz": 4.0}}),
@@ -170,3 +199,62 @@ def test_it_is_the_same_in_wasm(name):
     forces = wasm.outputs[: int(wasm.frames), motion.kernels.model.n_q :]
     assert np.isfinite(forces).all() and np.abs(forces).max() > 0
     assert wasm.module.contacts == tuple(c.name for c in motion.kernels.model.contacts)
+
+
+# --- laws that switch ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dense", [0, 1])
+@pytest.mark.parametrize("beside", [True, False])
+def test_laws_switch_where_they_do(beside, dense):
+    """V = k |x|: steps are exact, so that only places of switches round; also with another k, and the first again."""
+    live = Here(switched("-k*sign(x)", beside, 3, x=1))
+    live.memory.evenly, live.memory.dense, live.memory.most_frames = 0, dense, 401
+    for k in (K, K / 2, K):
+        x = live(k=k)[:, 0]
+        assert live.status == End.FINISHED and live.rejected == 0
+        assert x == pytest.approx(rocking(live.times[: live.frames], k), abs=1e-11)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_dip_within_one_step_is_found(beside):
+    """Under a force k it comes down to x = -1e-4 and is below zero for 0.003 s, where the force is -5 k."""
+    v = np.sqrt(2 * K * 0.5 + 1e-2)
+    down = np.sqrt(v * v - K)
+    s = 0.3 - (v - down) / K
+    live = Here(switched("3*k*sign(x) - 2*k", beside, 0.3, x=0.5, **{"x'": -v}))
+    assert live()[-1, 0] == pytest.approx(-down * s - 5 * K * s * s / 2, abs=1e-8)
+
+
+def test_a_narrow_strip_of_friction_is_found():
+    """μ = 0.6 between x = 1 and x = 1.002, else none: v² falls by 2 μ g w."""
+    s = fb.System("block")
+    s.gravity = (0, -G, 0)
+    body = s.body("block", fb.particle(1))
+    s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    law = "3/10 - 3/10*sign((x - 1)*(x - 1 - 2/1000))"
+    s.contact("floor", body.origin, s.ground.plane(normal="y"), friction=law)
+    live = Here(fb.simulate(s, 1, initial={"x'": 4.0}))
+    assert live()[-1, 2] == pytest.approx(np.sqrt(16 - 2 * 0.6 * G * 2e-3), abs=1e-12)
+
+
+def test_a_law_that_drives_back_from_either_side_is_told():
+    live = Here(switched("-k*sign(x')", False, 0.005, **{"x'": 1.0}))
+    live.memory.until = 1.0
+    assert live()[-1, 0] == pytest.approx(1 / (2 * K), abs=1e-12)
+    assert live.status == End.STUCK and live.reached == pytest.approx(1 / K, abs=1e-12)
+    assert live.machine.sides.texts[live.blame] == "x'"
+
+
+@pytest.mark.slow
+def test_laws_switch_in_wasm():
+    pytest.importorskip("wasmtime", reason="wasmtime, a WebAssembly runtime, is not installed")
+    motion = switched("-k*sign(x)", True, 3, x=1)
+    machine = LiveMachine(
+        setting_of(motion, 20_000, 401), lambda state, moving, forces: [*state.q], lambda state: ()
+    )
+    wasm = InWasm(module_of(machine))
+    wasm.evenly[...] = 0
+    states, n = wasm(), int(wasm.frames)
+    assert states[:, 0] == pytest.approx(rocking(wasm.times[:n]), abs=1e-11)
+    assert wasm.outputs[:n, 0] == pytest.approx(states[:, 0], abs=0)

@@ -286,6 +286,30 @@ def test_contacts_follow(page, tmp_path):
     page.offline()
 
 
+@pytest.mark.slow
+@in_a_browser
+def test_laws_that_switch_follow_and_stick(page, tmp_path):
+    """x'' = -k sign(x) - c sign(x') swings; without k it sticks after v/c, which the page says."""
+    s = fb.System("block")
+    s.parameters(k=100.0, c=0.0)
+    body = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, body, axis="x", coordinate="x")
+    s.force("law", body, ("-k*sign(x) - c*sign(x')", 0, 0))
+    motion = fb.simulate(s, 1, initial={"x": 1.0, "x'": 1.0})
+    page.begin(fb.report(s, motion, tmp_path / "block.html", live=True, equations=False))
+    page.set("k", 50)
+    t, x = page.channel("state x")
+    other = fb.simulate(
+        s, 1, initial={"x": 1.0, "x'": 1.0}, values={"k": 50}, times=t.astype(float).clip(0, 1)
+    )
+    assert page.problem == "" and np.abs(x[:, 0] - other["x"]).max() < 1e-6
+    page.set("k", 0)
+    page.set("c", 2)
+    assert page.problem.startswith(
+        "x' reaches zero at t = 0.5 s, and the forces on either side of it lead back"
+    )
+
+
 @in_a_browser
 def test_gaps_beyond_an_end_are_distances(page, tmp_path):
     """A ball runs along a capsule, past its axis, against its end: the gap is not that of the wall without ends."""
