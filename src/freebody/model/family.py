@@ -85,7 +85,7 @@ class Family:
         return Contact(
             name, self.name, a.shape, b.shape, law.friction, law.static_friction, law.restitution, law.impact,
             self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),
-            adhesion=law.adhesion,
+            normal_force=law.normal_force, friction_across=law.friction_across, along=law.along, adhesion=law.adhesion,
         )  # fmt: skip
 
     def resisting(self, contact: Contact) -> list[Contact]:
@@ -292,15 +292,33 @@ def _check_kinds(family: Family, k: int | None) -> None:
 
 
 def _check_laws(family: Family) -> None:
-    """Refuse adhesion and resistance of solids that touch in patches, and spinning in a plane."""
+    """Refuse compliance, adhesion and resistance of solids that touch in patches, and spinning in a plane; two
+    coefficients of friction in a plane, or over what is no surface.
+    """
     law = family.law
+    if law.along is not None and family.planar is not None:
+        raise ModelError(
+            f"The {law!r} has two coefficients of friction, but the machine moves in a plane, in which contacts slip "
+            "along one line. Give the one coefficient of that line."
+        )
     for a, b in ((a, b) for a in family.by_kind.values() for b in family.by_kind.values()):
         first, second = family.members[a[0]].shape, family.members[b[-1]].shape
-        if not family.meet(a[0], b[-1]) or not places_in_patch(first, second):
+        if not family.meet(a[0], b[-1]):
+            continue
+        surface = family.members[family.ordered(a[0], b[-1])[1]]
+        if law.along is not None and surface.group == 0:
+            raise ModelError(
+                f"The {law!r} has two coefficients of friction along a direction of its surfaces, but the "
+                f"{surface.shape.kind} of {surface.shape.body!r} is one, and none of against=. Exchange the shapes and "
+                "those of against=."
+            )
+        if not places_in_patch(first, second):
             continue
         ball = any(shape.bound in ("spot", "ball") for shape in (first, second))
-        for name in ("adhesion",) if ball else ("adhesion", "rolling", "spinning"):
-            if getattr(law, name) != 0:
+        words = {"normal": law.normal_force, "adhesion": law.adhesion}
+        words |= {} if ball else {"rolling": law.rolling, "spinning": law.spinning}
+        for name, given in words.items():
+            if given is not None and given != 0:
                 raise ModelError(
                     f"The {law!r} has {name}=, for shapes that touch at one point, but the {first.kind} of "
                     f"{first.body!r} and the {second.kind} of {second.body!r} touch in patches, whose points come and "
