@@ -198,7 +198,7 @@ def touch_each_other(first: ContactShape, second: ContactShape) -> bool:
 def touch_in_patch(first: ContactShape, second: ContactShape) -> bool:
     """Return whether two members touch in a patch: a solid with another one, a sphere, a point or a plane."""
     return any(
-        a.patches and (b.patches or b.endless or (b.bound in ("spot", "ball") and not b.inside))
+        a.patches and not (b.inside or b.enclosed) and (b.patches or b.endless or b.bound in ("spot", "ball"))
         for a, b in ((first, second), (second, first))
     )
 
@@ -266,9 +266,11 @@ def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Ite
 def _members(family: ContactFamily) -> Iterator[Member]:
     """Yield the members: the parts of the shapes that touch at one point, and that some other one may touch."""
     parts: list[tuple[str, ContactShape, int]] = []
+    hollow = any(shape.inside for shape in (*family.shapes, *family.against))
     for group, shapes in enumerate((family.shapes, family.against)):
         for shape in shapes:
-            parts += [(part.hollow if part.inside else part.kind, part, group) for part in shape.members]
+            own = [*shape.members, *(shape.enclosures if hollow else ())]
+            parts += [(part.hollow if part.inside else part.kind, part, group) for part in own]
     kinds = {kind: part for kind, part, _ in parts}.values()
     parts = [it for it in parts if any(touch_each_other(it[1], other) for other in kinds)]
     count: dict[str, int] = {}

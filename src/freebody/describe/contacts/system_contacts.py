@@ -188,7 +188,11 @@ def compliant(
 def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: str = "") -> None:
     """Refuse two shapes that have no law of contact, or that do not fit into each other."""
     a, b = feature.kind, surface.kind
-    if not may_touch(type(feature), type(surface)):
+    if feature.inside:
+        raise ModelError(
+            f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
+        )
+    if not (surface.inside or may_touch(type(feature), type(surface))):
         names = partners(type(feature))
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. {_article(a)} may touch a "
@@ -200,11 +204,8 @@ def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: st
                 f"The heightline {line.height} of {what} has kinks, where a {other.kind} may touch in two places. "
                 f"Divide it there, body.heightline(..., between=(start, end)), with a contact for each part."
             )
-    if feature.inside:
-        raise ModelError(
-            f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
-        )
-    if surface.inside and (feature.patches or not any(have_law(x, surface) for x in feature.parts(surface))):
+    parts = feature.parts(surface), surface.parts(feature)
+    if surface.inside and not all(have_law(x, y) for x in parts[0] for y in parts[1]):
         raise ModelError(f"The {a} of {what} cannot touch a {b} from inside.")
     R: Any
     r: Any
