@@ -33,7 +33,6 @@ def refused(s, first, unknowns, message, until=1, **options):
 
 def test_machines_without_derivatives():
     s, start = boxes()
-    refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
     refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
     s, start = boxes()
     message = "a start at a fixed time for sensitivities= with contacts, got start='g'"
@@ -123,8 +122,24 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     s.friction("rub", pin, coefficient="mu", radius=0.02)
     side = s.ground.plane(at=(0.2, 0, 0), normal="-x")
     s.contact("wall", bar.point((0, -0.5, 0)), side, restitution=0.5, impact="poisson")
-    message = "the load of a joint bounds the friction 'rub' in an impact by Poisson's law"
+    message = (
+        "the impulse of contact 'wall' in the compression of an impact is open, since others stop the same motion, and "
+        "decides its rebound"
+    )
     refused(s, {"q": -0.5}, ["mu"], message)
+
+
+def test_impacts_one_after_another_of_which_none_is_first():
+    s = fb.System("bar")
+    g = s.parameters(g=G)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1))
+    s.planar("plane", s.ground, bar, coordinate="x y w")
+    s.contact("feet", bar.corners((-0.5, 0, 0), (0.5, 0, 0)), s.ground.plane(), restitution=0.5)
+    message = (
+        "contacts 'feet_1' and 'feet_2' approach equally fast, and which one collides first decides the rest"
+    )
+    refused(s, {"y": 0.5}, ["g"], message, impacts="sequential")
 
 
 def pushed(law, **options):

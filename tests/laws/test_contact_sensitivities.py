@@ -285,6 +285,43 @@ def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
     check_differences(s, until, names, initial=start)
 
 
+def dropped_block(law):
+    """A block that falls on a corner, hits the floor with the other one, and rocks."""
+    s = fb.System("block")
+    s.parameters(e=0.3, mu=0.3)
+    s.gravity = (0, -9.81, 0)
+    block = s.body("block", fb.box(1, (0.4, 0.6, 0.2)))
+    s.planar("plane", s.ground, block, coordinate="x y w")
+    feet = block.corners((-0.2, -0.3, 0), (0.2, -0.3, 0))
+    s.contact("feet", feet, s.ground.plane(), friction="mu", restitution="e", impact=law)
+    return s, {"y": 0.45, "w": 0.25, "x'": 0.4, "w'": -0.5}
+
+
+@pytest.mark.parametrize(
+    ("law", "until"), [("poisson", 0.3), pytest.param("newton", 0.45, marks=pytest.mark.slow)]
+)
+def test_slopes_beside_impacts_one_after_another_are_differences(law, until):
+    s, start = dropped_block(law)
+    check_differences(s, until, ("e", "mu", "w", "y"), initial=start, impacts="sequential")
+
+
+def test_slopes_of_impacts_by_poissons_law_under_loads_of_joints_are_differences():
+    """Two bars on rough pins hit a wall: compression and expansion have a load each."""
+    s = fb.System("arm")
+    g = s.parameters(mu=0.3, R=0.05, e=0.5, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above = s.ground
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
+        above = bar
+    side = s.ground.plane(at=(0.3, 0, 0), normal="-x")
+    s.contact("wall", bar.point(0, -0.3, 0), side, restitution="e", impact="poisson", friction=0.2)
+    motion = check_differences(s, 0.6, ("mu", "e", "R", "q"), initial={"q": -0.6, "p": -0.5})
+    assert any("wall" in str(x) for x in motion.happenings)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", [plane_scene, space_scene])
 def test_slopes_are_differences_in_many_scenes(scene):

@@ -27,7 +27,7 @@ from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .history import Entry, History
-from .impact_slopes import Impact, after_impact, bounces_taken
+from .impact_slopes import Impact, after_impact, bounces_taken, one_by_one
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -191,7 +191,9 @@ class _Following:
         for entry in moment.entries:
             if entry.kind == event_run.IMPACT:
                 hits.append(self.impact(entry))
-                sigma = after_impact(self.slopes, hits[-1], sigma, tau)
+                sequential = self.problem.request.impacts == "sequential"
+                for hit in one_by_one(self.slopes, hits[-1], sigma) if sequential else hits[-1:]:
+                    sigma = after_impact(self.slopes, hit, sigma, tau)
             elif entry.kind == event_run.TOLD:
                 sigma = after_blow(self.slopes, self.struck(entry), sigma, tau)
                 hits.clear()  # bounces before it have not ended

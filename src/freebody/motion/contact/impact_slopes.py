@@ -17,13 +17,14 @@ Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mecha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
+from ..events import event_run
 from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
 from ..phase.scene import Phase
@@ -103,44 +104,119 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     poisson = any(contacts[k].impact == "poisson" for k in approaching)
     if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
         return impact_slope(slopes, hit, sigma, tau)[0]
-    for k in hit.chosen:
-        if contacts[k].loaded:
-            what = (
-                f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
-            )
-            raise refused(slopes, hit.t, what)
-    given, middle = compression(slopes, hit, seen), hit.before.copy()
-    middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
-    first = hit._replace(after=middle, impulses=given, part=0.0)
+    first = compression(slopes, hit)
+    check_shares(slopes, first, seen.restitution)
+    given, middle = first.impulses, first.after
     between, of_impulses = impact_slope(slopes, first, sigma, tau)
     second = hit._replace(
         before=middle,
         impulses=hit.impulses - given,
         compressed=(given, of_impulses),
-        origin=(hit.before, sigma),
+        origin=hit.origin or (hit.before, sigma),
     )
     return impact_slope(slopes, second, between, tau)[0]
 
 
-def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
-    """Return the impulses of all rows in the compression of an impact by Poisson's law."""
-    scene, count = slopes.scene, len(hit.chosen)
-    rows = [r for k in hit.chosen for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
+    """Refuse a compression whose impulses, with which contacts rebound, are shared in an open way."""
+    laws = _laws(slopes, first)
+    held = [(law, r) for law in laws for r in law.rows if r == law.normal or law.way is None]
+    pushed = np.vstack(
+        [slopes.look(first.t, first.before).matrix[[r for _, r in held]], slopes.mass(first.t, first.before)[1]]
+    )
+    _, sizes, V = np.linalg.svd(pushed.T)
+    idle = V[int((sizes > NONE * sizes.max(initial=0.0)).sum()) :]
+    for i, (law, r) in enumerate(held):
+        if r == law.normal and restitution[law.contact] > 0 and np.abs(idle[:, i]).max(initial=0.0) > NONE:
+            what = (
+                f"the impulse of contact '{slopes.model.contacts[law.contact].name}' in the compression of an impact "
+                "is open, since others stop the same motion, and decides its rebound"
+            )
+            raise refused(slopes, first.t, what)
+
+
+def one_by_one(slopes: Slopes, hit: Impact, sigma: Array) -> Iterator[Impact]:
+    """Yield the impacts of contacts that collide one after another, the fastest first (`events.impacts`).
+
+    Raises
+    ------
+    NoDerivativesError
+        Two contacts that approach equally fast, of which each would change the speed of the other.
+    """
+    scene, y, origin = slopes.scene, hit.before, (hit.before, sigma)
+    own = [k for k in hit.chosen if scene.presser[k] < 0]
+    size = np.abs([slopes.look(hit.t, y).rate[r] for r in _rows_of(slopes, hit.chosen)]).max()
+    for _ in range(event_run.PASSES):
+        seen = slopes.look(hit.t, y)
+        speeds = [float(seen.rate[scene.first[k]]) for k in own]
+        k = own[int(np.argmin(speeds))]
+        if min(speeds) >= -max(hit.still, 1e-13 * max(size, hit.still)):
+            return
+        for other, speed in zip(own, speeds, strict=True):
+            tied = other != k and speed - min(speeds) <= AT_LIMIT * abs(min(speeds))
+            if tied and np.abs(seen.between([*_rows_of(slopes, [k]), scene.first[other]])[-1, :-1]).any():
+                names = " and ".join(f"'{slopes.model.contacts[one].name}'" for one in (k, other))
+                what = f"contacts {names} approach equally fast, and which one collides first decides the rest"
+                raise refused(slopes, hit.t, what)
+        chosen = [one for one in hit.chosen if k in (one, scene.presser[one])]
+        poisson = int(slopes.model.contacts[k].impact == "poisson")
+        it, impulses = collided(slopes, hit._replace(before=y, chosen=chosen, origin=origin), poisson, 1)
+        after = y.copy()
+        after[slopes.model.n_q : slopes.moved] += impulses @ seen.responses
+        yield Impact(hit.t, y, after, chosen, impulses, float(it.part), hit.still, origin=origin)
+        y = after
+
+
+def compression(slopes: Slopes, hit: Impact) -> Impact:
+    """Return the compression of an impact by Poisson's law, with loads of joints that agree with its impulses."""
+    seen, loads, last = slopes.look(hit.t, hit.before), dict[int, float](), np.inf
+    while True:
+        impulses, after = collided(slopes, hit, 0, 0, loads)[1], hit.before.copy()
+        after[slopes.model.n_q : slopes.moved] += impulses @ seen.responses
+        first = hit._replace(after=after, impulses=impulses, part=0.0)
+        found = {
+            k: load_of_impact(slopes, first, k).size for k in hit.chosen if slopes.model.contacts[k].loaded
+        }
+        most = max(found.values(), default=0.0)
+        change = max((abs(found[k] - loads.get(k, 0.0)) for k in found), default=0.0)
+        if change <= NONE * most and change >= last or change == 0:
+            return first
+        loads, last = found, change
+
+
+def collided(
+    slopes: Slopes, hit: Impact, poisson: int, part: int, loads: Mapping[int, float] | None = None
+) -> tuple[Any, Array]:
+    """Return the solved problem of an impact with a ``part`` of the restitution, 0 or 1, and the impulses of all rows.
+
+    ``loads`` bound the friction of joints. Coefficients are those of the origin.
+    """
+    scene, count, rows = slopes.scene, len(hit.chosen), _rows_of(slopes, hit.chosen)
+    seen, laws = (
+        slopes.look(hit.t, y) for y in (hit.before, hit.origin[0] if hit.origin else hit.before)
+    )
     it, at = contacts_room(count, len(rows)), 0
-    it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, 0, hit.still
+    it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, poisson, hit.still
     for i, k in enumerate(hit.chosen):
         it.at[i], it.tangents[i], it.presser[i] = at, scene.tangents[k], -1
         if scene.presser[k] >= 0:
-            it.presser[i] = hit.chosen.index(scene.presser[k])
-        it.friction[i] = it.static[i] = seen.friction[k]
-        it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
+            it.presser[i] = list(hit.chosen).index(scene.presser[k])
+        it.friction[i] = it.static[i] = laws.friction[k]
+        it.held[i], it.slides[i], it.least[i] = slopes.model.contacts[k].loaded, 0, (loads or {}).get(k, 0.0)
+        it.restitution[i] = part * laws.restitution[k]
         at += 1 + scene.tangents[k]
     A = seen.between(rows)
     it.A[: A.size], it.given[: len(rows)] = A.ravel(), seen.rate[rows]
     compiled_code()["collided"](it)
     result = np.zeros(scene.rows)
     result[rows] = it.forces[: len(rows)]
-    return result
+    return it, result
+
+
+def _rows_of(slopes: Slopes, chosen: Sequence[int]) -> list[int]:
+    """Return the rows of some contacts."""
+    first, tangents = slopes.scene.first, slopes.scene.tangents
+    return [r for k in chosen for r in range(first[k], first[k] + 1 + tangents[k])]
 
 
 def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple[Array, Array]:
@@ -345,7 +421,7 @@ def _impulses_between(slopes: Slopes, hit: Impact, after: Array, closed: Sequenc
     """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
     scene, n_q = slopes.scene, slopes.model.n_q
     seen = slopes.look(hit.t, hit.after)
-    rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    rows = _rows_of(slopes, closed)
     M, G = slopes.mass(hit.t, hit.after)
     change, pushed = M @ (after - hit.after)[n_q : slopes.moved], np.vstack([seen.matrix[rows], G])
     result = np.zeros(scene.rows)

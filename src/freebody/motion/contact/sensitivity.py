@@ -69,10 +69,6 @@ def check_touching(request: Request) -> None:
         check_method_of_phases(
             request.method, request.step, "sensitivities= beside signals, controllers or blows"
         )
-    if request.impacts != "simultaneous":
-        raise NoDerivativesError(
-            f"Expected impacts='simultaneous' for sensitivities=, got impacts={request.impacts!r}. Leave it out."
-        )
     check_blows(model, blows, "its motion has derivatives")
     for blow in blows:
         check_blow(blow)
