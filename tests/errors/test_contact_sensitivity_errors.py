@@ -129,6 +129,31 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     refused(s, {"q": -0.5}, ["mu"], message)
 
 
+def on_a_table(shape, **laws):
+    s = fb.System("table")
+    s.parameters(a=0.1, mu=0.3)
+    s.gravity = (0, 0, -G)
+    body = s.body("b", fb.box(1, (0.2, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    s.contacts("c", [shape(body), s.ground.box((0.4, 0.4, 0.2))], friction="mu", **laws)
+    return s
+
+
+def test_solids_whose_faces_touch():
+    s = on_a_table(lambda body: body.box((0.2, "a", 0.1)))
+    message = "unknowns that are no sizes of solids whose faces touch, but 'a' is one of the box of body 'b'"
+    refused(s, {"f_z": 0.2}, ["a"], message)
+    s = on_a_table(lambda body: body.sphere(0.05))
+    message = "solids touch at other corners, edges or faces from there on, which changes their forces at a time that"
+    refused(s, {"f_z": 0.15, "f_vx": 0.9, "f_wy": 18.0}, ["f_vx"], message)
+    s.parameters(u=0.0)
+    s.controller(lambda t, x: 0.0, 0.1, "u", name="law")
+    s.force("push", s.bodies["b"].origin, ("u", 0, 0))
+    refused(
+        s, {"f_z": 0.2}, ["mu"], "round shapes for sensitivities= beside signals and controllers, but faces"
+    )
+
+
 def test_impacts_one_after_another_of_which_none_is_first():
     s = fb.System("bar")
     g = s.parameters(g=G)

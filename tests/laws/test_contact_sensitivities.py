@@ -285,6 +285,39 @@ def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
     check_differences(s, until, names, initial=start)
 
 
+def on_a_table(kind, start):
+    """A body that is thrown on a table, whose faces, edges and corners it touches."""
+    s = fb.System("table")
+    s.parameters(e=0.4, mu=0.3)
+    s.gravity = (0, 0, -9.81)
+    body = s.body("b", fb.box(1, (0.2, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    shape = {
+        "box": lambda: body.box((0.2, 0.1, 0.1)), "ball": lambda: body.sphere(0.05),
+        "capsule": lambda: body.capsule((-0.1, 0, 0), (0.1, 0, 0), 0.04),
+    }[kind]()  # fmt: skip
+    s.contacts("c", [shape, s.ground.box((0.4, 0.4, 0.2))], friction="mu", restitution="e")
+    return s, start
+
+
+TILTED = {"f_z": 0.3, "f_e0": 0.95, "f_e1": 0.25, "f_e2": 0.1, "f_vx": 0.4, "f_wz": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("kind", "start", "until"),
+    [
+        ("ball", {"f_z": 0.25, "f_vx": 0.5, "f_wy": 3.0}, 0.4),
+        pytest.param("box", TILTED, 0.3, marks=pytest.mark.slow),  # seven impacts of corners
+        pytest.param("box", {"f_z": 0.15, "f_vx": 1.2}, 0.3, marks=pytest.mark.slow),  # over the edge
+        pytest.param("capsule", TILTED, 0.3, marks=pytest.mark.slow),
+    ],
+)
+def test_slopes_of_solids_that_touch_in_patches_are_differences(kind, start, until):
+    s, start = on_a_table(kind, start)
+    motion = check_differences(s, until, ("e", "mu", "f_vx"), initial=start)
+    assert len(motion.happenings) > 3
+
+
 def dropped_block(law):
     """A block that falls on a corner, hits the floor with the other one, and rocks."""
     s = fb.System("block")

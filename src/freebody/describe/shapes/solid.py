@@ -30,7 +30,7 @@ MOST = 4000
 """Most corners of a hull."""
 
 
-class Tip(Spot, kind="corner of a solid", listed=False):
+class Tip(Spot, kind="tip of a solid", listed=False):
     """A corner of a solid in a hollow."""
 
     enclosed = True
@@ -41,7 +41,7 @@ class Tip(Spot, kind="corner of a solid", listed=False):
         return None
 
 
-class RoundTip(Ball, kind="round corner of a solid", listed=False):
+class RoundTip(Ball, kind="round tip of a solid", listed=False):
     """A round corner of a solid in a hollow."""
 
     enclosed = True

@@ -13,6 +13,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
+from ...errors import NoDerivativesError
 from ..ending import End
 from ..events import event_run
 from ..legs.blow import located
@@ -41,6 +42,10 @@ ALIKE = 1e-6
 
 NONE = 1e-9
 """Relative size of a function, or of its rate, that is none."""
+OTHER_FEATURES = (
+    "solids touch at other corners, edges or faces from there on, which changes their forces at a time that moves with "
+    "the unknowns"
+)
 JUMPS = event_run.IMPACT, event_run.TOLD, event_run.OTHER_VALUES
 """Entries of the log after which rates may jump."""
 
@@ -183,7 +188,7 @@ class _Following:
         straight = [self.history.path.segments[k] for k in moment.straight]
         check_modes(self.slopes, phase, t, len(straight))
         events, tau = self.times(last, moment, r, shifts, t)
-        before = np.zeros(self.moved)
+        before, drives = np.zeros(self.moved), self.drives is not None
         if last is not None:
             self.shifts.append((last.path.end, t, tau))
             before = self.slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
@@ -199,7 +204,7 @@ class _Following:
                 hits.clear()  # bounces before it have not ended
             elif entry.kind == event_run.OTHER_VALUES:
                 self.slopes = self.changed(entry, sigma, tau)
-            jumps |= entry.kind in JUMPS
+            jumps |= entry.kind in JUMPS and (drives or entry.kind != event_run.OTHER_VALUES)
         slopes = self.slopes
         if straight:
             length = t - straight[0].path.start
@@ -210,13 +215,19 @@ class _Following:
         stopped = [
             k for k, why in events.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
         ]
-        sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
+        features = not (drives or hits) and any(x.kind == event_run.OTHER_VALUES for x in moment.entries)
+        try:
+            sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
+        except NoDerivativesError:
+            if features:
+                raise refused(slopes, t, OTHER_FEATURES) from None
+            raise
         if not straight:
             check_ties(slopes, phase, t, y, list(events))
         after = slopes.velocity(phase, t, y)
         jump = np.abs(after - before).max(initial=0.0)
         if last is not None and not jumps and jump > ALIKE * (1 + np.abs(before).max(initial=0.0)):
-            raise refused(slopes, t, "the forces of contacts jump there")
+            raise refused(slopes, t, OTHER_FEATURES if features else "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
 
@@ -231,7 +242,7 @@ class _Following:
         if last is None:
             self.check_start(list(events), r, t)
         else:
-            times = self.slopes_of_times(last, events, r, shifts)
+            times = self.slopes_of_times(last, events, r, shifts, self.landing(moment, sigma=r, tau=tau))
             names = [f"contact '{slopes.model.contacts[k].name}'" for k in events]
             found = [*zip(names, times, strict=True), *others]
         if found:
@@ -294,10 +305,12 @@ class _Following:
         return dict(zip((p.name for p in self.slopes.model.parameters), parameters.tolist(), strict=True))
 
     def changed(self, entry: Entry, sigma: Array, tau: Array) -> Slopes:
-        """Return the derivatives with the values that a signal or controller has set."""
+        """Return the derivatives with the values that a signal, a controller or a patch of solids has set."""
         slopes, number = self.slopes, entry.marks[0]
-        (t, y), parameters = self.history.work.changed_at[number], self.history.work.changes[number][1]
-        assert self.drives is not None
+        parameters = self.history.work.changes[number][1]
+        if self.drives is None:  # the features of patches
+            return Slopes(slopes.kernels, slopes.unknowns, parameters, slopes.seeds)
+        t, y = self.history.work.changed_at[number]
         self.drives.follow(t, y[: self.moved], sigma, tau, self.values(parameters))
         return Slopes(slopes.kernels, slopes.unknowns, parameters, self.drives.along(slopes.symbols))
 
@@ -342,15 +355,25 @@ class _Following:
         has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
         return before >= 0 and why in TRIGGERS and (why not in ENDS_OF_SIDES or has_end)
 
-    def slopes_of_times(self, last: Segment, events: dict[int, int], r: Array, shifts: Array) -> list[Array]:
-        """Return the derivatives of the times of events."""
-        slopes, phase, t, y = self.slopes, last.kernels, last.path.end, last.path.states[-1]
-        if not events:
-            return []
-        onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-        ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
-        result = []
+    def landing(self, moment: Moment, sigma: Array, tau: Array) -> Slopes:
+        """Return the derivatives with the features of patches that collide in a moment."""
+        slopes = self.slopes
+        for entry in moment.entries if self.drives is None else ():
+            if entry.kind == event_run.IMPACT:
+                break
+            if entry.kind == event_run.OTHER_VALUES:
+                slopes = self.changed(entry, sigma, tau)
+        return slopes
+
+    def slopes_of_times(
+        self, last: Segment, events: dict[int, int], r: Array, shifts: Array, landing: Slopes
+    ) -> list[Array]:
+        """Return the derivatives of the times of events; those of gaps that close have the features of ``landing``."""
+        phase, t, y, result = last.kernels, last.path.end, last.path.states[-1], []
         for k, why in events.items():
+            slopes = landing if why == event_run.GAP_CLOSED else self.slopes
+            onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
+            ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
             if np.isnan(rate):
                 name = slopes.model.contacts[k].name

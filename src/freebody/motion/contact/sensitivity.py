@@ -8,9 +8,11 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from sympy import sympify
 
 from ...dynamics import State, kinetic_energy, potential_energy
 from ...errors import NoDerivativesError, SimulationError, nearest
+from ...model import Model
 from ...scalar.algebra import Expression, Scalar
 from ..ending import End
 from ..events import event_run
@@ -27,7 +29,7 @@ from ..legs.sensitivity import (
     check_start,
     slopes_of,
 )
-from ..legs.variation import Variation, unknowns_of
+from ..legs.variation import Unknown, Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
 from ..request import Request, problem_of
@@ -59,10 +61,10 @@ def check_derivable(request: Request) -> None:
 def check_touching(request: Request) -> None:
     """Refuse machines whose contacts have laws without derivatives here."""
     model, blows = request.model, blows_of(request.impulses)
-    if model.patches:
+    if model.patches and model.switched:
         raise NoDerivativesError(
-            "Expected contacts of points, edges and round shapes for sensitivities=, but faces of solids touch in "
-            f"'{model.name}'. {CURE_OF_MACHINES}"
+            "Expected contacts of points, edges and round shapes for sensitivities= beside signals and controllers, "
+            f"but faces of solids touch in '{model.name}'. {CURE_OF_MACHINES}"
         )
     check_start(request)
     if not model.contacts:
@@ -72,6 +74,19 @@ def check_touching(request: Request) -> None:
     check_blows(model, blows, "its motion has derivatives")
     for blow in blows:
         check_blow(blow)
+
+
+def check_sizes(model: Model, unknowns: Sequence[Unknown]) -> None:
+    """Refuse unknowns that are sizes of solids whose faces touch: their corners are data of the phases."""
+    shapes = {shape for pair in model.patches for shape in (pair.whole.feature, pair.whole.surface)}
+    for shape in shapes:
+        used = {symbol for corner in shape.corners for x in corner for symbol in sympify(x).free_symbols}
+        for unknown in unknowns:
+            if unknown.symbol in used:
+                raise NoDerivativesError(
+                    f"Expected unknowns that are no sizes of solids whose faces touch, but '{unknown.name}' is one of "
+                    f"the {shape.kind} of {shape.body!r}. {CURE_OF_MACHINES}"
+                )
 
 
 def tips_at(history: History) -> float | None:
@@ -98,6 +113,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
     problem = problem_of(request)
     kernels, model, numbers = problem.kernels, problem.model, problem.numbers
     unknowns = unknowns_of(model, request.sensitivities, request.initial or {}, "sensitivities")
+    check_sizes(model, unknowns)
     shifts = np.array(
         [slopes_of(model, unknowns, numbers, moment) for moment in (request.start, request.until)]
     )
