@@ -355,6 +355,52 @@ def test_slopes_of_impacts_by_poissons_law_under_loads_of_joints_are_differences
     assert any("wall" in str(x) for x in motion.happenings)
 
 
+def rod_in_a_ring():
+    """A rod that slides on both ends in a ring, drawn by a spring."""
+    s = fb.System("rod")
+    s.parameters(k=0.5, m=1.0)
+    s.gravity = (0, -9.81, 0)
+    rod = s.body("rod", fb.slender_bar("m", 1))
+    s.planar("plane", s.ground, rod, coordinate="x y w")
+    s.spring("spring", rod.origin, s.ground.point(0.3, 0, 0), stiffness="k", rest=0.1)
+    s.contact("c", rod.corners((-0.5, 0, 0), (0.5, 0, 0)), s.ground.cylinder(1, inside=True))
+    d, w = 0.75**0.5, 0.3
+    return s, {"x": d * np.sin(w), "y": -d * np.cos(w), "w": w}
+
+
+def bead_on_a_circle():
+    """A particle that a condition holds on a circle, beside a stop that it never meets."""
+    s = fb.System("bead")
+    s.parameters(k=0.5, m=1.0)
+    s.gravity = (0, -9.81, 0)
+    bead, rail = s.body("bead", fb.particle("m")), s.body("rail", fb.particle(1))
+    along = s.slider("along", s.ground, rail, axis="x", coordinate="x")
+    s.slider("up", rail, bead, axis="y", coordinate="y")
+    s.constrain("x**2 + y**2 - 1", name="circle")
+    s.spring("spring", bead.origin, s.ground.point(0.3, 0, 0), stiffness="k", rest=0.1)
+    s.stop("end", along, low=-2, high=2)
+    return s, {"x": np.sin(0.5), "y": -np.cos(0.5)}
+
+
+def test_derivatives_keep_the_conditions_of_a_long_phase():
+    """The change of a gap that is closed, and of a condition, would grow with the square of time."""
+    for (s, start), kept in (
+        (rod_in_a_ring(), ("c_1.gap", "c_2.gap")),
+        (bead_on_a_circle(), ("x**2 + y**2", "x*x' + y*y'")),
+    ):
+        ends = []
+        for tolerance in (1e-9, 1e-12):
+            motion = fb.simulate(
+                s, 50, initial=start, sensitivities=["k", "m"], tolerance=tolerance, samples=3
+            )
+            of = motion.sensitivity
+            ends.append(np.array([of[x, "k"][-1] for x in motion.names]))
+            for quantity in kept:
+                assert np.abs(of[quantity, "k"]).max() < 1e-14 * (1 + np.abs(ends[-1]).max())
+        # the error of the steps, which grows with time: without the projection 1e-6
+        assert np.abs(ends[0] - ends[1]).max() < 1e-7 * (1 + np.abs(ends[1]).max())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", [plane_scene, space_scene])
 def test_slopes_are_differences_in_many_scenes(scene):
