@@ -154,6 +154,21 @@ def test_solids_whose_faces_touch():
     )
 
 
+def test_a_blow_over_a_bearing_of_a_joint():
+    """It falls at one of the two places of the rail; the other one bears nothing."""
+    s = fb.System("slider")
+    s.parameters(mu=0.3, L=0.2)
+    box = s.body("box", fb.box(2, (0.3, 0.2, 0.2)))
+    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
+    s.friction("dry", rail, coefficient="mu", length="L")
+    s.force("weight", box.origin, (0, -20, 0))
+    hit = fb.blow(0.05, at=box.point(0.1, 0, 0), impulse=(0, 2, 0))
+    message = (
+        "one place of the joint with friction 'dry' bears no impulse there, and would if an unknown changed"
+    )
+    refused(s, {"x'": 1.0}, ["L"], message, until=0.2, impulses=[hit])
+
+
 def test_impacts_one_after_another_of_which_none_is_first():
     s = fb.System("bar")
     g = s.parameters(g=G)

@@ -355,6 +355,39 @@ def test_slopes_of_impacts_by_poissons_law_under_loads_of_joints_are_differences
     assert any("wall" in str(x) for x in motion.happenings)
 
 
+def rough_rail():
+    """A slider with friction under its load, which it bears at two places."""
+    s = fb.System("slider")
+    s.parameters(mu=0.3, L=0.2, J=2.0, m=2.0)
+    s.gravity = (0, -9.81, -1)
+    box = s.body("box", fb.box("m", (0.3, 0.2, 0.2)))
+    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
+    s.friction("dry", rail, coefficient="mu", length="L")
+    return s, box, {"x'": 1.0}
+
+
+def test_slopes_of_blows_that_friction_of_joints_slows_are_differences():
+    """The blow presses the bearings of its joint, whose friction acts with it."""
+    s, box, start = rough_rail()
+    hit = fb.blow(0.05, at=box.point(0.06, 0.05, 0), impulse=("J/9", "J", 0.3))
+    check_differences(s, 0.2, ("mu", "L", "J", "m"), initial=start, impulses=[hit])
+
+
+@pytest.mark.slow
+def test_slopes_of_a_blow_on_two_rough_pins_are_differences():
+    s = fb.System("arm")
+    g = s.parameters(mu=0.3, R=0.05, J=0.8, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above = s.ground
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
+        above = bar
+    hit = fb.blow("q + 0.55", at=bar.point(0, -0.3, 0), impulse=("-J", "q*J/4", 0), count=1)
+    check_differences(s, 0.6, ("mu", "J", "R", "q"), initial={"q": -0.6, "p": -0.5}, impulses=[hit])
+
+
 def rod_in_a_ring():
     """A rod that slides on both ends in a ring, drawn by a spring."""
     s = fb.System("rod")

@@ -17,7 +17,7 @@ from ...errors import NoDerivativesError
 from ..ending import End
 from ..events import event_run
 from ..legs.blow import located
-from ..legs.blow_slopes import Struck, after_blow, event_along
+from ..legs.blow_slopes import Struck, event_along
 from ..legs.driven_slopes import DifferentiatedDrives
 from ..legs.sensitivity import slopes_of
 from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
@@ -28,7 +28,7 @@ from ..request import Problem
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.progress import Progress
 from .history import Entry, History
-from .impact_slopes import Impact, after_impact, bounces_taken, one_by_one
+from .impact_slopes import Impact, after_blow_in_joints, after_impact, bounces_taken, one_by_one
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -200,7 +200,7 @@ class _Following:
                 for hit in one_by_one(self.slopes, hits[-1], sigma) if sequential else hits[-1:]:
                     sigma = after_impact(self.slopes, hit, sigma, tau)
             elif entry.kind == event_run.TOLD:
-                sigma = after_blow(self.slopes, self.struck(entry), sigma, tau)
+                sigma = after_blow_in_joints(self.slopes, self.struck(entry), sigma, tau)
                 hits.clear()  # bounces before it have not ended
             elif entry.kind == event_run.OTHER_VALUES:
                 self.slopes = self.changed(entry, sigma, tau)

@@ -25,6 +25,8 @@ import numpy as np
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events import event_run
+from ..events.event_run import STILL
+from ..legs.blow_slopes import Struck, after_blow, reactions_of_blow
 from ..legs.loaded_slopes import Load, load_of_impact
 from ..ode.dense_output import Array
 from ..phase.scene import Phase
@@ -45,6 +47,7 @@ class Impact(NamedTuple):
     ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
     ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
     ``origin``      its laws are those of another state, that before the compression, with its derivatives
+    ``blown``       impulses of a blow at the bearings of joints, whose friction it is, and their derivatives
     """
 
     t: float
@@ -57,6 +60,7 @@ class Impact(NamedTuple):
     taken: bool = False
     compressed: Any = None
     origin: Any = None
+    blown: Any = None
 
 
 class Law(NamedTuple):
@@ -117,12 +121,30 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
     return impact_slope(slopes, second, between, tau)[0]
 
 
+def after_blow_in_joints(slopes: Slopes, hit: Struck, sigma: Array, tau: Array) -> Array:
+    """Return the derivatives after a blow, and the friction of joints under its load (`events.impacts.rub`)."""
+    if not slopes.scene.loaded:
+        return after_blow(slopes, hit, sigma, tau)
+    after, blown = reactions_of_blow(slopes, hit, sigma, tau)
+    rows = _rows_of(slopes, slopes.scene.loaded)
+    change = slopes.mass(hit.t, hit.before)[0] @ (hit.after - after)[slopes.model.n_q : slopes.moved]
+    impulses = np.zeros(slopes.scene.rows)
+    impulses[rows] = np.linalg.lstsq(slopes.look(hit.t, after).matrix[rows].T, change, rcond=1e-11)[0]
+    still = STILL * (1 + float(np.abs(after[slopes.model.n_q : slopes.moved]).max(initial=0)))
+    between = after_blow(slopes, hit._replace(after=after), sigma, tau)
+    rub = Impact(hit.t, after, hit.after, slopes.scene.loaded, impulses, 0.0, still, blown=blown)
+    return impact_slope(slopes, rub, between, tau)[0]
+
+
 def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
     """Refuse a compression whose impulses, with which contacts rebound, are shared in an open way."""
     laws = _laws(slopes, first)
     held = [(law, r) for law in laws for r in law.rows if r == law.normal or law.way is None]
     pushed = np.vstack(
-        [slopes.look(first.t, first.before).matrix[[r for _, r in held]], slopes.mass(first.t, first.before)[1]]
+        [
+            slopes.look(first.t, first.before).matrix[[r for _, r in held]],
+            slopes.mass(first.t, first.before)[1],
+        ]
     )
     _, sizes, V = np.linalg.svd(pushed.T)
     idle = V[int((sizes > NONE * sizes.max(initial=0.0)).sum()) :]
@@ -156,7 +178,9 @@ def one_by_one(slopes: Slopes, hit: Impact, sigma: Array) -> Iterator[Impact]:
             tied = other != k and speed - min(speeds) <= AT_LIMIT * abs(min(speeds))
             if tied and np.abs(seen.between([*_rows_of(slopes, [k]), scene.first[other]])[-1, :-1]).any():
                 names = " and ".join(f"'{slopes.model.contacts[one].name}'" for one in (k, other))
-                what = f"contacts {names} approach equally fast, and which one collides first decides the rest"
+                what = (
+                    f"contacts {names} approach equally fast, and which one collides first decides the rest"
+                )
                 raise refused(slopes, hit.t, what)
         chosen = [one for one in hit.chosen if k in (one, scene.presser[one])]
         poisson = int(slopes.model.contacts[k].impact == "poisson")
@@ -192,9 +216,7 @@ def collided(
     ``loads`` bound the friction of joints. Coefficients are those of the origin.
     """
     scene, count, rows = slopes.scene, len(hit.chosen), _rows_of(slopes, hit.chosen)
-    seen, laws = (
-        slopes.look(hit.t, y) for y in (hit.before, hit.origin[0] if hit.origin else hit.before)
-    )
+    seen, laws = (slopes.look(hit.t, y) for y in (hit.before, hit.origin[0] if hit.origin else hit.before))
     it, at = contacts_room(count, len(rows)), 0
     it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, poisson, hit.still
     for i, k in enumerate(hit.chosen):

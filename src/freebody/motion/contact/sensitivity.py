@@ -33,7 +33,6 @@ from ..legs.variation import Unknown, Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, observe
 from ..phase.candidate_slopes import along
 from ..request import Request, problem_of
-from ..start.loaded_joints import check_blows
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, expressions_of
@@ -71,7 +70,6 @@ def check_touching(request: Request) -> None:
         check_method_of_phases(
             request.method, request.step, "sensitivities= beside signals, controllers or blows"
         )
-    check_blows(model, blows, "its motion has derivatives")
     for blow in blows:
         check_blow(blow)
 
