@@ -8,7 +8,7 @@ import pytest
 import freebody as fb
 from contact_machines import pulled_disk
 from freebody.errors import NoDerivativesError, SimulationError
-from freebody.motion.contact.saltation import check_modes
+from freebody.motion.contact.derivatives.saltation import check_modes
 from freebody.motion.phase.scene import LIMIT
 
 G = 9.81

@@ -8,7 +8,7 @@ import sympy
 import freebody as fb
 from contact_scenes import plane_scene, space_scene
 from differences import check_differences
-from freebody.motion.contact.slopes import NoDerivativesError
+from freebody.motion.contact.derivatives.slopes import NoDerivativesError
 
 H, TOLERANCE = 1e-6, 1e-11
 # Differences have an error of ε/h, for motions with the error ε, and of h² times a third derivative; both grow with the

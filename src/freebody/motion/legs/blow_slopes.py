@@ -73,7 +73,7 @@ def reactions_of_blow(
 
 
 def after_blow(slopes: Any, hit: Struck, sigma: Array, tau: Array) -> Array:
-    """Return the derivatives after a blow; ``slopes`` are `contact.slopes.Slopes`."""
+    """Return the derivatives after a blow; ``slopes`` are `contact.derivatives.slopes.Slopes`."""
     n_q, n, moved = slopes.model.n_q, slopes.model.n_u, slopes.moved
     M, G = slopes.mass(hit.t, hit.before)
     jump = (hit.after - hit.before)[n_q:moved]

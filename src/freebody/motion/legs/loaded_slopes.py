@@ -28,7 +28,7 @@ class Load:
     """The load of a joint in an impact.
 
     ``size``          P, and its derivatives ``by_jump`` of the speeds, and ``by_impulses`` of all rows
-    ``slopes``        `contact.slopes.Slopes`
+    ``slopes``        `contact.derivatives.slopes.Slopes`
     """
 
     size: float

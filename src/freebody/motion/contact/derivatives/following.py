@@ -13,22 +13,24 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from ...errors import NoDerivativesError
-from ..ending import End
-from ..events import event_run
-from ..legs.blow import located
-from ..legs.blow_slopes import Struck, event_along
-from ..legs.driven_slopes import DifferentiatedDrives
-from ..legs.sensitivity import slopes_of
-from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
-from ..legs.variation import Unknown, Variation
-from ..ode.dense_output import Array, Path, Rates
-from ..ode.integration import Integration
-from ..request import Problem
-from ..trajectory.phases import Phases, Segment
-from ..trajectory.progress import Progress
-from .history import Entry, History
-from .impact_slopes import Impact, after_blow_in_joints, after_impact, bounces_taken, one_by_one
+from ....errors import NoDerivativesError
+from ...ending import End
+from ...events import event_run
+from ...legs.blow import located
+from ...legs.blow_slopes import Struck, event_along
+from ...legs.driven_slopes import DifferentiatedDrives
+from ...legs.sensitivity import slopes_of
+from ...legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
+from ...legs.variation import Unknown, Variation
+from ...ode.dense_output import Array, Path, Rates
+from ...ode.integration import Integration
+from ...request import Problem
+from ...trajectory.phases import Phases, Segment
+from ...trajectory.progress import Progress
+from ..history import Entry, History
+from .impact_slopes import Impact, bounces_taken
+from .impact_stages import after_blow_in_joints, after_impact, one_by_one
+from .moments import Moment, moments, notes_of
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -38,8 +40,6 @@ TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
-
-
 NONE = 1e-9
 """Relative size of a function, or of its rate, that is none."""
 OTHER_FEATURES = (
@@ -69,29 +69,6 @@ class Followed:
     path: Phases
     happened: tuple[Happened, ...]
     shifts: tuple[tuple[float, float, Array], ...]
-
-
-class Moment(NamedTuple):
-    """What the log has between two phases: entries, and the straight steps with the time that they take."""
-
-    entries: list[Entry]
-    straight: list[int]
-
-
-def moments(history: History) -> tuple[list[int], list[Moment]]:
-    """Return the numbers of the phases that are not straight steps, and the moments before each of them."""
-    phases, result, number = [], [Moment([], [])], 0
-    for entry in map(Entry._make, history.entries()):
-        if entry.kind == event_run.PHASE:
-            if entry.marks[7] == event_run.STRAIGHT:
-                result[-1].straight.append(number)
-            else:
-                phases.append(number)
-                result.append(Moment([], []))
-            number += 1
-        elif entry.kind != event_run.CROSSING:
-            result[-1].entries.append(entry)
-    return phases, result
 
 
 def follow(slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress) -> Followed:
@@ -332,7 +309,7 @@ class _Following:
                         others.add(k)
                     at += 3 + self.scene.tangents[k]
             elif entry.kind == event_run.NOTE:
-                for k, before, _, why in _notes(entry, len(self.scene.first)):
+                for k, before, _, why in notes_of(entry, len(self.scene.first)):
                     if self.ends_itself(k, before, why, last, was_open[k]):
                         result.setdefault(k, why)
             elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
@@ -412,9 +389,3 @@ class _Following:
             at += 2 + size
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
         return Impact(t, before, after, chosen, impulses, part, still)
-
-
-def _notes(entry: Entry, contacts: int) -> list[list[int]]:
-    """Return contact, mode before and after, and reason of each change of an entry."""
-    marks = entry.marks[2 + contacts :]
-    return [marks[i : i + 4] for i in range(0, len(marks), 4)]

@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import NoDerivativesError
-from ...native import loop
-from ..kernels.kernels import Kernels
-from ..legs.driven_slopes import inputs_of
-from ..legs.variation import Unknown
-from ..ode.dense_output import Array, Rates, outputs_at
-from ..phase.candidate_slopes import candidate_slopes
-from ..phase.scene import Phase, Scene, scene_of
-from ..phase.slopes_record import PhaseSlopes, phase_slopes
-from ..phase.snapshot import Snapshot
-from ..trajectory.outputs import OfContact
+from ....errors import NoDerivativesError
+from ....native import loop
+from ...kernels.kernels import Kernels
+from ...legs.driven_slopes import inputs_of
+from ...legs.variation import Unknown
+from ...ode.dense_output import Array, Rates, outputs_at
+from ...phase.candidate_slopes import candidate_slopes
+from ...phase.scene import Phase, Scene, scene_of
+from ...phase.slopes_record import PhaseSlopes, phase_slopes
+from ...phase.snapshot import Snapshot
+from ...trajectory.outputs import OfContact
 
 _MODULES = "motion.phase.phase_slopes", "motion.phase.projection"
 _FUNCTIONS = ("varied", "slopes", "corrected_state")
@@ -209,7 +209,7 @@ def slopes_code(name: str) -> loop.Function:
     """Return a compiled function of `phase_slopes`."""
 
     def named() -> dict[str, Any]:
-        from ..phase import phase_slopes, projection
+        from ...phase import phase_slopes, projection
 
         return vars(projection) | vars(phase_slopes)
 
