@@ -8,7 +8,7 @@ import pytest
 import freebody as fb
 from contact_machines import pulled_disk
 from freebody.errors import NoDerivativesError, SimulationError
-from freebody.motion.contact.saltation import check_modes
+from freebody.motion.contact.derivatives.saltation import check_modes
 from freebody.motion.phase.scene import LIMIT
 
 G = 9.81
@@ -33,7 +33,6 @@ def refused(s, first, unknowns, message, until=1, **options):
 
 def test_machines_without_derivatives():
     s, start = boxes()
-    refused(s, start, ["e"], "impacts='simultaneous' for sensitivities=", impacts="sequential")
     refused(s, start, ["e"], "got method='timestepping'", method="timestepping", step=1e-3)
     s, start = boxes()
     message = "a start at a fixed time for sensitivities= with contacts, got start='g'"
@@ -144,8 +143,64 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     s.friction("rub", pin, coefficient="mu", radius=0.02)
     side = s.ground.plane(at=(0.2, 0, 0), normal="-x")
     s.contact("wall", bar.point((0, -0.5, 0)), side, restitution=0.5, impact="poisson")
-    message = "the load of a joint bounds the friction 'rub' in an impact by Poisson's law"
+    message = (
+        "the impulse of contact 'wall' in the compression of an impact is open, since others stop the same motion, and "
+        "decides its rebound"
+    )
     refused(s, {"q": -0.5}, ["mu"], message)
+
+
+def on_a_table(shape, **laws):
+    s = fb.System("table")
+    s.parameters(a=0.1, mu=0.3)
+    s.gravity = (0, 0, -G)
+    body = s.body("b", fb.box(1, (0.2, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    s.contacts("c", [shape(body), s.ground.box((0.4, 0.4, 0.2))], friction="mu", **laws)
+    return s
+
+
+def test_solids_whose_faces_touch():
+    s = on_a_table(lambda body: body.box((0.2, "a", 0.1)))
+    message = "unknowns that are no sizes of solids whose faces touch, but 'a' is one of the box of body 'b'"
+    refused(s, {"f_z": 0.2}, ["a"], message)
+    s = on_a_table(lambda body: body.sphere(0.05))
+    message = "solids touch at other corners, edges or faces from there on, which changes their forces at a time that"
+    refused(s, {"f_z": 0.15, "f_vx": 0.9, "f_wy": 18.0}, ["f_vx"], message)
+    s.parameters(u=0.0)
+    s.controller(lambda t, x: 0.0, 0.1, "u", name="law")
+    s.force("push", s.bodies["b"].origin, ("u", 0, 0))
+    refused(
+        s, {"f_z": 0.2}, ["mu"], "round shapes for sensitivities= beside signals and controllers, but faces"
+    )
+
+
+def test_a_blow_over_a_bearing_of_a_joint():
+    """It falls at one of the two places of the rail; the other one bears nothing."""
+    s = fb.System("slider")
+    s.parameters(mu=0.3, L=0.2)
+    box = s.body("box", fb.box(2, (0.3, 0.2, 0.2)))
+    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
+    s.friction("dry", rail, coefficient="mu", length="L")
+    s.force("weight", box.origin, (0, -20, 0))
+    hit = fb.blow(0.05, at=box.point(0.1, 0, 0), impulse=(0, 2, 0))
+    message = (
+        "one place of the joint with friction 'dry' bears no impulse there, and would if an unknown changed"
+    )
+    refused(s, {"x'": 1.0}, ["L"], message, until=0.2, impulses=[hit])
+
+
+def test_impacts_one_after_another_of_which_none_is_first():
+    s = fb.System("bar")
+    g = s.parameters(g=G)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1))
+    s.planar("plane", s.ground, bar, coordinate="x y w")
+    s.contact("feet", bar.corners((-0.5, 0, 0), (0.5, 0, 0)), s.ground.plane(), restitution=0.5)
+    message = (
+        "contacts 'feet_1' and 'feet_2' approach equally fast, and which one collides first decides the rest"
+    )
+    refused(s, {"y": 0.5}, ["g"], message, impacts="sequential")
 
 
 def pushed(law, **options):

@@ -8,7 +8,7 @@ import sympy
 import freebody as fb
 from contact_scenes import plane_scene, space_scene
 from differences import check_differences
-from freebody.motion.contact.slopes import NoDerivativesError
+from freebody.motion.contact.derivatives.slopes import NoDerivativesError
 
 H, TOLERANCE = 1e-6, 1e-11
 # Differences have an error of ε/h, for motions with the error ε, and of h² times a third derivative; both grow with the
@@ -283,6 +283,155 @@ def test_slopes_of_given_normal_forces_are_differences(scene, given, names):
     """Of compliant contacts, friction in joints and adhesion, by differences of the fourth order."""
     s, start, until = scene(*given)
     check_differences(s, until, names, initial=start)
+
+
+def on_a_table(kind, start):
+    """A body that is thrown on a table, whose faces, edges and corners it touches."""
+    s = fb.System("table")
+    s.parameters(e=0.4, mu=0.3)
+    s.gravity = (0, 0, -9.81)
+    body = s.body("b", fb.box(1, (0.2, 0.1, 0.1)))
+    s.free("f", s.ground, body)
+    shape = {
+        "box": lambda: body.box((0.2, 0.1, 0.1)), "ball": lambda: body.sphere(0.05),
+        "capsule": lambda: body.capsule((-0.1, 0, 0), (0.1, 0, 0), 0.04),
+    }[kind]()  # fmt: skip
+    s.contacts("c", [shape, s.ground.box((0.4, 0.4, 0.2))], friction="mu", restitution="e")
+    return s, start
+
+
+TILTED = {"f_z": 0.3, "f_e0": 0.95, "f_e1": 0.25, "f_e2": 0.1, "f_vx": 0.4, "f_wz": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("kind", "start", "until"),
+    [
+        ("ball", {"f_z": 0.25, "f_vx": 0.5, "f_wy": 3.0}, 0.4),
+        pytest.param("box", TILTED, 0.3, marks=pytest.mark.slow),  # seven impacts of corners
+        pytest.param("box", {"f_z": 0.15, "f_vx": 1.2}, 0.3, marks=pytest.mark.slow),  # over the edge
+        pytest.param("capsule", TILTED, 0.3, marks=pytest.mark.slow),
+    ],
+)
+def test_slopes_of_solids_that_touch_in_patches_are_differences(kind, start, until):
+    s, start = on_a_table(kind, start)
+    motion = check_differences(s, until, ("e", "mu", "f_vx"), initial=start)
+    assert len(motion.happenings) > 3
+
+
+def dropped_block(law):
+    """A block that falls on a corner, hits the floor with the other one, and rocks."""
+    s = fb.System("block")
+    s.parameters(e=0.3, mu=0.3)
+    s.gravity = (0, -9.81, 0)
+    block = s.body("block", fb.box(1, (0.4, 0.6, 0.2)))
+    s.planar("plane", s.ground, block, coordinate="x y w")
+    feet = block.corners((-0.2, -0.3, 0), (0.2, -0.3, 0))
+    s.contact("feet", feet, s.ground.plane(), friction="mu", restitution="e", impact=law)
+    return s, {"y": 0.45, "w": 0.25, "x'": 0.4, "w'": -0.5}
+
+
+@pytest.mark.parametrize(
+    ("law", "until"), [("poisson", 0.3), pytest.param("newton", 0.45, marks=pytest.mark.slow)]
+)
+def test_slopes_beside_impacts_one_after_another_are_differences(law, until):
+    s, start = dropped_block(law)
+    check_differences(s, until, ("e", "mu", "w", "y"), initial=start, impacts="sequential")
+
+
+def test_slopes_of_impacts_by_poissons_law_under_loads_of_joints_are_differences():
+    """Two bars on rough pins hit a wall: compression and expansion have a load each."""
+    s = fb.System("arm")
+    g = s.parameters(mu=0.3, R=0.05, e=0.5, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above = s.ground
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
+        above = bar
+    side = s.ground.plane(at=(0.3, 0, 0), normal="-x")
+    s.contact("wall", bar.point(0, -0.3, 0), side, restitution="e", impact="poisson", friction=0.2)
+    motion = check_differences(s, 0.6, ("mu", "e", "R", "q"), initial={"q": -0.6, "p": -0.5})
+    assert any("wall" in str(x) for x in motion.happenings)
+
+
+def rough_rail():
+    """A slider with friction under its load, which it bears at two places."""
+    s = fb.System("slider")
+    s.parameters(mu=0.3, L=0.2, J=2.0, m=2.0)
+    s.gravity = (0, -9.81, -1)
+    box = s.body("box", fb.box("m", (0.3, 0.2, 0.2)))
+    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
+    s.friction("dry", rail, coefficient="mu", length="L")
+    return s, box, {"x'": 1.0}
+
+
+def test_slopes_of_blows_that_friction_of_joints_slows_are_differences():
+    """The blow presses the bearings of its joint, whose friction acts with it."""
+    s, box, start = rough_rail()
+    hit = fb.blow(0.05, at=box.point(0.06, 0.05, 0), impulse=("J/9", "J", 0.3))
+    check_differences(s, 0.2, ("mu", "L", "J", "m"), initial=start, impulses=[hit])
+
+
+@pytest.mark.slow
+def test_slopes_of_a_blow_on_two_rough_pins_are_differences():
+    s = fb.System("arm")
+    g = s.parameters(mu=0.3, R=0.05, J=0.8, g=9.81)[-1]
+    s.gravity = (0, -g, 0)
+    above = s.ground
+    for name, at in (("q", 0), ("p", -0.3)):
+        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
+        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
+        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
+        above = bar
+    hit = fb.blow("q + 0.55", at=bar.point(0, -0.3, 0), impulse=("-J", "q*J/4", 0), count=1)
+    check_differences(s, 0.6, ("mu", "J", "R", "q"), initial={"q": -0.6, "p": -0.5}, impulses=[hit])
+
+
+def rod_in_a_ring():
+    """A rod that slides on both ends in a ring, drawn by a spring."""
+    s = fb.System("rod")
+    s.parameters(k=0.5, m=1.0)
+    s.gravity = (0, -9.81, 0)
+    rod = s.body("rod", fb.slender_bar("m", 1))
+    s.planar("plane", s.ground, rod, coordinate="x y w")
+    s.spring("spring", rod.origin, s.ground.point(0.3, 0, 0), stiffness="k", rest=0.1)
+    s.contact("c", rod.corners((-0.5, 0, 0), (0.5, 0, 0)), s.ground.cylinder(1, inside=True))
+    d, w = 0.75**0.5, 0.3
+    return s, {"x": d * np.sin(w), "y": -d * np.cos(w), "w": w}
+
+
+def bead_on_a_circle():
+    """A particle that a condition holds on a circle, beside a stop that it never meets."""
+    s = fb.System("bead")
+    s.parameters(k=0.5, m=1.0)
+    s.gravity = (0, -9.81, 0)
+    bead, rail = s.body("bead", fb.particle("m")), s.body("rail", fb.particle(1))
+    along = s.slider("along", s.ground, rail, axis="x", coordinate="x")
+    s.slider("up", rail, bead, axis="y", coordinate="y")
+    s.constrain("x**2 + y**2 - 1", name="circle")
+    s.spring("spring", bead.origin, s.ground.point(0.3, 0, 0), stiffness="k", rest=0.1)
+    s.stop("end", along, low=-2, high=2)
+    return s, {"x": np.sin(0.5), "y": -np.cos(0.5)}
+
+
+def test_derivatives_keep_the_conditions_of_a_long_phase():
+    """The change of a gap that is closed, and of a condition, would grow with the square of time."""
+    for (s, start), kept in (
+        (rod_in_a_ring(), ("c_1.gap", "c_2.gap")),
+        (bead_on_a_circle(), ("x**2 + y**2", "x*x' + y*y'")),
+    ):
+        ends = []
+        for tolerance in (1e-9, 1e-12):
+            motion = fb.simulate(
+                s, 50, initial=start, sensitivities=["k", "m"], tolerance=tolerance, samples=3
+            )
+            of = motion.sensitivity
+            ends.append(np.array([of[x, "k"][-1] for x in motion.names]))
+            for quantity in kept:
+                assert np.abs(of[quantity, "k"]).max() < 1e-14 * (1 + np.abs(ends[-1]).max())
+        # the error of the steps, which grows with time: without the projection 1e-6
+        assert np.abs(ends[0] - ends[1]).max() < 1e-7 * (1 + np.abs(ends[1]).max())
 
 
 @pytest.mark.slow

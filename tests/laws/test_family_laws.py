@@ -25,11 +25,11 @@ def ball(family, space, floor="plane", **laws):
     surface = s.ground.plane(normal="z" if space else "y")
     if floor == "box":
         surface = s.ground.box((4, 4, 0.2), at=(0, 0, -0.1))
-    shapes = body.sphere(R), surface
+    shapes, laws = (body.sphere(R), surface), {"friction": "mu"} | laws
     if family:
-        s.contacts("floor", shapes, friction="mu", **laws)
+        s.contacts("floor", shapes[:1], against=surface, **laws)
     else:
-        s.contact("floor", *shapes, friction="mu", **laws)
+        s.contact("floor", *shapes, **laws)
     start = {"f_z": R, "f_vx": 1.0, "f_vy": 0.3, "f_wz": 5.0, "f_wx": 3.0}
     return s, start if space else {"y": R, "x'": 1.0, "turn'": 3.0}
 
@@ -44,10 +44,14 @@ LAWS = (
     (True, {"rolling": "d", "spinning": "ds", "restitution": 0.3}),
     (False, {"rolling": "d", "adhesion": 3.0}),
     pytest.param(True, {"adhesion": 3.0, "spinning": "ds"}, marks=pytest.mark.slow),
+    (True, {"normal": "1e4*depth**1.5*(1 + rate/5)", "rolling": "d"}),
+    (True, {"friction": ("mu", "mu/2"), "along": (0.6, 0.8, 0), "restitution": 0.3}),
+    pytest.param(False, {"normal": "1e3*depth*t"}, marks=pytest.mark.slow),
+    pytest.param(True, {"friction": ("mu", "2*mu"), "along": "y", "rolling": "d"}, marks=pytest.mark.slow),
     (False, {"static_friction": "1.5*mu", "rolling": "d"}),
     (False, {"impact": "poisson", "restitution": 0.5}),
 )
-STEPPED = LAWS[:3]
+STEPPED = LAWS[:7]
 
 
 @pytest.mark.parametrize(("space", "laws"), LAWS)
@@ -262,3 +266,126 @@ def test_what_families_refuse():
     s, start = ball(True, True, rolling="d")
     with pytest.raises(SimulationError, match="Expected rolling= of 0 m or more for contact 'floor', got -1"):
         fb.simulate(s, 1, initial=start, values={"d": -1}, method="timestepping", step=1e-2)
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(45, marks=pytest.mark.slow)])  # the loop over links
+def test_soft_balls_come_to_rest_at_the_depth_of_their_weight(count):
+    """Towers of two balls: k d^(3/2) is m g between them, and 2 m g at the floor; balls that slide have μ N."""
+    s, start = fb.System("towers"), {}
+    s.gravity = (0, 0, -G)
+    bodies = [s.body(f"b{k}", fb.sphere(1, R)) for k in range(count)]
+    for k, body in enumerate(bodies):
+        s.free(f"f{k}", s.ground, body)
+        start |= {f"f{k}_x": 0.3 * (k // 2), f"f{k}_z": R * (1 + 2 * (k % 2))}
+    shapes = [*(body.sphere(R) for body in bodies), s.ground.plane(normal="z")]
+    s.contacts("pile", shapes, normal="1e4*depth**1.5*(1 + 4*rate)")
+    motion = fb.simulate(s, 1.5, initial=start, method="timestepping", step=1e-3, samples=4)
+    depths = [(one * G / 1e4) ** (2 / 3) for one in (1, 2)]
+    assert motion.contacts["pile[b0,b1]"].gap[-1] == pytest.approx(-depths[0], rel=1e-4)
+    assert motion.contacts["pile[b0,ground]"].gap[-1] == pytest.approx(-depths[1], rel=1e-4)
+    assert motion.contacts["pile[b0,ground]"].normal[-1] == pytest.approx(2 * G, rel=1e-4)
+    assert motion.energy.relative_residual < 1e-12
+
+
+STEPS = {"method": "timestepping", "step": 2e-3}
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        ("sphere", STEPS),
+        pytest.param("sphere", {}, marks=pytest.mark.slow),
+        pytest.param("box", STEPS, marks=pytest.mark.slow),
+        pytest.param("box", {}, marks=pytest.mark.slow),
+    ],
+)
+def test_bodies_slide_on_grooves_that_turn(kind, options):
+    """A ball, or the corners of a box, on a plate that turns: the direction of the coefficients is the plate's."""
+    found = []
+    for family in (False, True):
+        s = fb.System("plate")
+        s.gravity = (0, 0, -G)
+        plate, box = s.body("plate", fb.disk(2, 1.0)), s.body("box", fb.box(1, (0.2, 0.2, 0.1)))
+        s.hinge("axle", s.ground, plate, coordinate="a", axis="z")
+        s.free("f", s.ground, box)
+        top = plate.plane(normal="z")
+        shape = box.sphere(0.05) if kind == "sphere" else box.box((0.2, 0.2, 0.1))
+        laws = {"friction": (0.1, 0.5), "along": (0.6, 0.8, 0)}
+        if family:
+            s.contacts("feet", shape, against=top, **laws)
+        else:
+            s.contact("feet", shape, top, **laws)
+        start = {"f_z": 0.05, "f_x": 0.3, "f_vy": 0.4, "a'": 1.0}
+        found.append(fb.simulate(s, 0.4, initial=start, samples=5, **options))
+    one, other = found
+    allowed = 1e-9 if options else 1e-7  # points of patches press with other shares than the four corners
+    assert np.abs(one.states - other.states).max() < allowed
+    assert np.linalg.norm(one.states[-1] - one.states[0]) > 0.1
+
+
+def test_files_know_the_direction_and_the_normal_force(tmp_path):
+    s, _ = ball(False, True)
+    floor = s.ground.plane(at=(0, 0, -1), normal="z")
+    laws = {"friction": ("mu", "2*mu"), "static_friction": ("2*mu", "4*mu"), "along": "x"}
+    s.contacts("pile", s.bodies["ball"].sphere(R), against=floor, normal="1000*depth*(1 + rate)", **laws)
+    fb.write(s, tmp_path / "ball.toml")
+    text = (tmp_path / "ball.toml").read_text()
+    for line in ('friction = ["mu", "2*mu"]', 'along = "x"', 'normal = "1000*depth*(rate + 1)"'):
+        assert line in text
+    fb.write(fb.read(tmp_path / "ball.toml"), tmp_path / "again.toml")
+    assert (tmp_path / "again.toml").read_text() == text
+    said = "".join(CliRunner().invoke(program, ["check", str(tmp_path / "ball.toml")]).output.split())
+    assert "mualong(1,0,0),2*muacross" in said and "N=1000*depth*(rate+1)" in said
+
+
+def test_what_families_with_a_direction_or_a_normal_force_refuse():
+    s, bodies = dice()
+    spheres, floor = [b.sphere(R) for b in bodies], s.ground.plane(normal="z")
+    pair = {"friction": (0.1, 0.2), "along": "x"}
+    with pytest.raises(
+        ModelError, match="Expected against= for the family of contacts 'a', whose friction has"
+    ):
+        s.contacts("a", [*spheres, floor], **pair)
+    with pytest.raises(
+        ModelError, match="Expected along= for the family of contacts 'a', whose friction has two"
+    ):
+        s.contacts("a", spheres, against=floor, friction=(0.1, 0.2))
+    with pytest.raises(
+        ModelError, match="The family of contacts 'a' has a direction, along='x', and one coeff"
+    ):
+        s.contacts("a", spheres, against=floor, friction=0.1, along="x")
+    with pytest.raises(ModelError, match="along='z', is the normal of its plane"):
+        s.contacts("a", spheres, against=floor, friction=(0.1, 0.2), along="z")
+    with pytest.raises(
+        ModelError, match="has a normal force and a restitution. A compliant contact rebounds"
+    ):
+        s.contacts("a", spheres, normal="1e3*depth", restitution=0.5)
+    with pytest.raises(ModelError, match="has a normal force and an adhesion, which rigid contacts have"):
+        s.contacts("a", spheres, normal="1e3*depth", adhesion=0.5)
+    with pytest.raises(
+        ModelError, match="shapes without ends for the family of contacts 'a', which has a normal"
+    ):
+        s.contacts("a", [bodies[0].capsule((0, 0, 0), (0.1, 0, 0), R), floor], normal="1e3*depth")
+    s.contacts("a", [b.box((0.2, 0.2, 0.2)) for b in bodies], normal="1e3*depth")
+    with pytest.raises(
+        ModelError, match="'a' has normal=, for shapes that touch at one point, but the box of bo"
+    ):
+        fb.assemble(s)
+    s, bodies = dice()
+    hollow = s.ground.sphere(1, inside=True)
+    s.contacts("a", hollow, against=[b.sphere(R) for b in bodies], **pair)
+    with pytest.raises(
+        ModelError, match="surfaces, but the sphere of the ground is one, and none of against="
+    ):
+        fb.assemble(s)
+    s, start = ball(True, False, friction=("mu", "2*mu"), along="x")
+    with pytest.raises(
+        ModelError, match="'floor' has two coefficients of friction, but the machine moves in a p"
+    ):
+        fb.simulate(s, 1, initial=start)
+    s, start = ball(True, True, friction=("mu", 1), along="x")
+    for options in ({}, {"method": "timestepping", "step": 1e-2}):
+        with pytest.raises(
+            SimulationError, match="two coefficients of friction above 0 of contact 'floor.ball,g"
+        ):
+            fb.simulate(s, 1, initial=start, values={"mu": 0}, **options)

@@ -85,7 +85,7 @@ class Family:
         return Contact(
             name, self.name, a.shape, b.shape, law.friction, law.static_friction, law.restitution, law.impact,
             self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),
-            adhesion=law.adhesion,
+            normal_force=law.normal_force, friction_across=law.friction_across, along=law.along, adhesion=law.adhesion,
         )  # fmt: skip
 
     def resisting(self, contact: Contact) -> list[Contact]:
@@ -198,7 +198,7 @@ def touch_each_other(first: ContactShape, second: ContactShape) -> bool:
 def touch_in_patch(first: ContactShape, second: ContactShape) -> bool:
     """Return whether two members touch in a patch: a solid with another one, a sphere, a point or a plane."""
     return any(
-        a.patches and (b.patches or b.endless or (b.bound in ("spot", "ball") and not b.inside))
+        a.patches and not (b.inside or b.enclosed) and (b.patches or b.endless or b.bound in ("spot", "ball"))
         for a, b in ((first, second), (second, first))
     )
 
@@ -266,9 +266,11 @@ def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Ite
 def _members(family: ContactFamily) -> Iterator[Member]:
     """Yield the members: the parts of the shapes that touch at one point, and that some other one may touch."""
     parts: list[tuple[str, ContactShape, int]] = []
+    hollow = any(shape.inside for shape in (*family.shapes, *family.against))
     for group, shapes in enumerate((family.shapes, family.against)):
         for shape in shapes:
-            parts += [(part.hollow if part.inside else part.kind, part, group) for part in shape.members]
+            own = [*shape.members, *(shape.enclosures if hollow else ())]
+            parts += [(part.hollow if part.inside else part.kind, part, group) for part in own]
     kinds = {kind: part for kind, part, _ in parts}.values()
     parts = [it for it in parts if any(touch_each_other(it[1], other) for other in kinds)]
     count: dict[str, int] = {}
@@ -292,15 +294,33 @@ def _check_kinds(family: Family, k: int | None) -> None:
 
 
 def _check_laws(family: Family) -> None:
-    """Refuse adhesion and resistance of solids that touch in patches, and spinning in a plane."""
+    """Refuse compliance, adhesion and resistance of solids that touch in patches, and spinning in a plane; two
+    coefficients of friction in a plane, or over what is no surface.
+    """
     law = family.law
+    if law.along is not None and family.planar is not None:
+        raise ModelError(
+            f"The {law!r} has two coefficients of friction, but the machine moves in a plane, in which contacts slip "
+            "along one line. Give the one coefficient of that line."
+        )
     for a, b in ((a, b) for a in family.by_kind.values() for b in family.by_kind.values()):
         first, second = family.members[a[0]].shape, family.members[b[-1]].shape
-        if not family.meet(a[0], b[-1]) or not places_in_patch(first, second):
+        if not family.meet(a[0], b[-1]):
+            continue
+        surface = family.members[family.ordered(a[0], b[-1])[1]]
+        if law.along is not None and surface.group == 0:
+            raise ModelError(
+                f"The {law!r} has two coefficients of friction along a direction of its surfaces, but the "
+                f"{surface.shape.kind} of {surface.shape.body!r} is one, and none of against=. Exchange the shapes and "
+                "those of against=."
+            )
+        if not places_in_patch(first, second):
             continue
         ball = any(shape.bound in ("spot", "ball") for shape in (first, second))
-        for name in ("adhesion",) if ball else ("adhesion", "rolling", "spinning"):
-            if getattr(law, name) != 0:
+        words = {"normal": law.normal_force, "adhesion": law.adhesion}
+        words |= {} if ball else {"rolling": law.rolling, "spinning": law.spinning}
+        for name, given in words.items():
+            if given is not None and given != 0:
                 raise ModelError(
                     f"The {law!r} has {name}=, for shapes that touch at one point, but the {first.kind} of "
                     f"{first.body!r} and the {second.kind} of {second.body!r} touch in patches, whose points come and "

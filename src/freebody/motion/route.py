@@ -3,7 +3,7 @@
     batch           many motions, in the compiled loop over lanes or one by one   `studies.batch`
     cluster         the same, in blocks that ``executor=`` runs elsewhere         `studies.batch`
     sensitivities   one motion and its derivatives                                `legs.sensitivity`
-                    the same with contacts, signals, controllers or blows         `contact.sensitivity`
+                    the same with contacts, signals, controllers or blows         `contact.derivatives.sensitivity`
     steps           equal steps of Moreau and Jean                                `timestepping`
     contacts        phases between the events of contacts                         `contact.motion`
     legs            between blows, and between changes of signals and controllers `legs.several_legs`
@@ -34,7 +34,7 @@ def route_of_one(request: Request) -> Callable[[Request], Any]:
     """Return the way that answers a request for one motion."""
     model = request.kernels.model
     if request.sensitivities is not None and request.in_phases:
-        from .contact.sensitivity import sensitive_touching_motion
+        from .contact.derivatives.sensitivity import sensitive_touching_motion
 
         return sensitive_touching_motion
     if request.sensitivities is not None:

@@ -25,12 +25,15 @@ from ..shapes.shape import ContactShape
 
 
 class Ellipse(NamedTuple):
-    """Two coefficients of kinetic friction, and that of static friction along the first direction."""
+    """Two coefficients of kinetic friction, and that of static friction along the first direction.
+
+    One coefficient for all directions has no other one ``across``, and no direction.
+    """
 
     friction: Scalar
-    across: Scalar
+    across: Scalar | None
     static: Scalar
-    along: Vector
+    along: Vector | None
 
 
 def ellipse(

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ...scalar.algebra import Scalar
+from ...scalar.algebra import Scalar, Vector
 
 
 @dataclass(frozen=True)
 class ContactFamily:
     """A family as the user described it.
 
-    ``shapes`` touch each other, or only those of ``against`` if there are any. The laws are those of a `ContactPair`.
+    ``shapes`` touch each other, or only those of ``against`` if there are any. The laws are those of a `ContactPair`;
+    ``along`` is a direction of the body of each shape of ``against``.
     ``apart`` are pairs of bodies that do not touch.
     """
 
@@ -26,6 +27,9 @@ class ContactFamily:
     adhesion: Scalar = 0
     rolling: Scalar = 0
     spinning: Scalar = 0
+    normal_force: Scalar = None
+    friction_across: Scalar = None
+    along: Vector | None = None
     apart: tuple[tuple[Any, Any], ...] = ()
 
     def __repr__(self) -> str:

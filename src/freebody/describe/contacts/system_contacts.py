@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ...errors import ModelError, shown
@@ -12,7 +13,7 @@ from ..frame import Frame, Point
 from ..shapes.heightline import Heightline
 from ..shapes.point import spot
 from ..shapes.shape import ContactShape, have_law, may_touch, partners
-from .anisotropy import ellipse, is_pair, one_coefficient
+from .anisotropy import Ellipse, ellipse, is_pair, one_coefficient
 from .coefficients import bounce, friction_law, static_law
 from .contact import ContactPair
 from .normal_law import normal_law
@@ -109,22 +110,27 @@ def contact(
             f"The {first.kind} and the {second.kind} of {what} touch in patches, which families of contacts find: "
             f"s.contacts('{name}', [feature], against=surface)."
         )
-    across = None
-    if is_pair(friction):
-        kinetic, across, static, along = ellipse(system, friction, static_friction, along, second, what)
-    else:
-        one_coefficient(along, what)
-        kinetic = friction_law(system, friction, what)
-        static = static_law(system, static_friction, kinetic, what)
+    kinetic, across, static, direction = coulomb(system, friction, static_friction, along, (second,), what)
     e = bounce(system, restitution, what)
     law_of_impact = impact_law(impact, what)
     law = None if normal is None else compliant(system, normal, (first, second), e, what)
     pull = bearable_pull(system, adhesion, law, what)
     arms = (resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what))
     system.contacts[name] = ContactPair(
-        name, first, second, kinetic, static, e, law_of_impact, law, across, along, pull, *arms
+        name, first, second, kinetic, static, e, law_of_impact, law, across, direction, pull, *arms
     )
     return system.contacts[name]
+
+
+def coulomb(
+    system: Description, friction: Any, static: Any, along: Any, surfaces: Sequence[ContactShape], what: str
+) -> Ellipse:
+    """Return the law of friction over surfaces: with one coefficient, or with two along a direction and across it."""
+    if is_pair(friction):
+        return [ellipse(system, friction, static, along, surface, what) for surface in surfaces][-1]
+    one_coefficient(along, what)
+    kinetic = friction_law(system, friction, what)
+    return Ellipse(kinetic, None, static_law(system, static, kinetic, what), None)
 
 
 def impact_law(impact: str, what: str) -> str:
@@ -158,7 +164,7 @@ def bearable_pull(system: Description, adhesion: Expression, law: Scalar, what: 
 
 
 def compliant(
-    system: Description, normal: Expression, shapes: tuple[ContactShape, ContactShape], e: Scalar, what: str
+    system: Description, normal: Expression, shapes: Sequence[ContactShape], e: Scalar, what: str
 ) -> Scalar:
     """Return the law of a compliant normal force; refuse what such a contact cannot have."""
     law = normal_law(system, normal, what)
@@ -182,7 +188,11 @@ def compliant(
 def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: str = "") -> None:
     """Refuse two shapes that have no law of contact, or that do not fit into each other."""
     a, b = feature.kind, surface.kind
-    if not may_touch(type(feature), type(surface)):
+    if feature.inside:
+        raise ModelError(
+            f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
+        )
+    if not (surface.inside or may_touch(type(feature), type(surface))):
         names = partners(type(feature))
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. {_article(a)} may touch a "
@@ -194,11 +204,8 @@ def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: st
                 f"The heightline {line.height} of {what} has kinks, where a {other.kind} may touch in two places. "
                 f"Divide it there, body.heightline(..., between=(start, end)), with a contact for each part."
             )
-    if feature.inside:
-        raise ModelError(
-            f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
-        )
-    if surface.inside and (feature.patches or not any(have_law(x, surface) for x in feature.parts(surface))):
+    parts = feature.parts(surface), surface.parts(feature)
+    if surface.inside and not all(have_law(x, y) for x in parts[0] for y in parts[1]):
         raise ModelError(f"The {a} of {what} cannot touch a {b} from inside.")
     R: Any
     r: Any

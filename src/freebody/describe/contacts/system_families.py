@@ -12,9 +12,19 @@ from ..description import Description, changes_of, claim
 from ..frame import Frame, own_body
 from ..shapes.shape import ContactShape
 from ..table import Table
-from .coefficients import bounce, friction_law, static_law
+from .anisotropy import is_pair
+from .coefficients import bounce
 from .family import ContactFamily
-from .system_contacts import SHAPES, bearable_pull, check_pair, impact_law, resisting, shape_of
+from .system_contacts import (
+    SHAPES,
+    bearable_pull,
+    check_pair,
+    compliant,
+    coulomb,
+    impact_law,
+    resisting,
+    shape_of,
+)
 
 
 @arguments_named
@@ -37,6 +47,8 @@ class ContactTable(Table):
         static_friction: Expression = None,
         restitution: Expression = 0,
         impact: str = "newton",
+        normal: Expression = None,
+        along: Any = None,
         adhesion: Expression = 0,
         rolling: Expression = 0,
         spinning: Expression = 0,
@@ -61,10 +73,13 @@ class ContactTable(Table):
             Such as ``body.sphere(radius)``, ``body.corners(...)`` or ``s.ground.plane(...)``.
         against : shape or sequence of shapes, optional
             If given, the shapes touch these only, and not each other.
-        friction, static_friction, restitution, impact, adhesion, rolling, spinning : optional
+        friction, static_friction, restitution, impact, normal, adhesion, rolling, spinning : optional
             The laws of each pair, as for :meth:`System.contact`. Time steps know constant friction without another
-            one at rest, and Newton's restitution. Adhesion and resistance are for pairs that touch at one point:
-            not for solids with edges that touch each other.
+            one at rest, and Newton's restitution. A normal force by the depth, adhesion and resistance are for pairs
+            that touch at one point: not for solids with edges that touch each other.
+        along : direction, optional
+            Direction of the first of two coefficients of friction, in axes of the body of each shape of ``against``:
+            these are the surfaces.
         apart : sequence of pairs of bodies, optional
             Bodies, or their names, that do not touch, such as parts of a robot whose solids overlap.
 
@@ -89,12 +104,19 @@ class ContactTable(Table):
         own, others = _shapes(system, shapes, what), _shapes(system, against, f"'against' of {what}")
         _check_once((*own, *others), what)
         _check_pairs(own, others, what)
-        kinetic = friction_law(system, friction, what)
+        if is_pair(friction) and not others:
+            raise ModelError(
+                f"Expected against= for {what}, whose friction has two coefficients: they are along a direction of a "
+                "surface and across it, and among shapes that touch each other none is the surface. Name the "
+                "surfaces by against=, or give one coefficient."
+            )
+        kinetic, across, static, direction = coulomb(system, friction, static_friction, along, others, what)
+        e = bounce(system, restitution, what)
+        law = None if normal is None else compliant(system, normal, (*own, *others), e, what)
         family = ContactFamily(
-            name, own, others, kinetic, static_law(system, static_friction, kinetic, what),
-            bounce(system, restitution, what), impact_law(impact, what), bearable_pull(system, adhesion, None, what),
-            resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what),
-            _pairs(system, apart, what),
+            name, own, others, kinetic, static, e, impact_law(impact, what),
+            bearable_pull(system, adhesion, law, what), resisting(system, rolling, "rolling", what),
+            resisting(system, spinning, "spinning", what), law, across, direction, _pairs(system, apart, what),
         )  # fmt: skip
         system.families[name] = family
         return family

@@ -1,4 +1,13 @@
-"""Cylinders that end: cans, pucks, rolls, thick coins."""
+"""Cylinders that end: cans, pucks, rolls, thick coins; from inside, tins.
+
+The inside of a drum is convex, |p| <= r and |z| <= L/2 in terms that are convex in the place. On a convex body such
+terms are greatest at a corner: it is inside if its corners are, those of a box or hull, or the balls at the ends of a
+capsule, and no edge or face touches before them. So a tin is three surfaces, its wall and two planes, each with a gap
+
+    r - R - |p|,      L/2 - R ± z      of a point (R = 0) or a ball,
+
+which a ball in the edge between wall and end touches both.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +16,13 @@ from typing import Any
 
 import sympy
 
-from ...scalar.algebra import HALF, Expression, Scalar, Vector, add, divide, dot, scale, subtract
+from ...scalar.algebra import HALF, Expression, Scalar, Vector, add, divide, dot, negate, scale, subtract
 from ..frame import Frame, place_in
 from .circle import Circle
+from .cylinder import Cylinder
+from .data import flag, sum_of, unit_vector
 from .data import length as size_of
-from .data import sum_of, unit_vector
+from .plane import Plane, across
 from .shape import ContactShape, Law, Nearest, expressions
 from .sphere import Ball
 
@@ -52,18 +63,35 @@ def on_drum(at: Any, ball: Ball, drum: Drum) -> Nearest:
     return Nearest(subtract(P, scale(R, n)), subtract(P, v), n, distance - R)
 
 
+class Wall(Cylinder, kind="wall of a drum", listed=False):
+    """The wall of a drum from inside."""
+
+    length: Scalar = 0
+
+    hollow = "wall of a tin"
+
+
+class Lid(Plane, kind="end of a drum", listed=False):
+    """An end of a drum from inside."""
+
+    inside: bool = True
+
+    look, hollow = "", "end of a tin"
+
+
 class Drum(ContactShape, kind="drum"):
-    """A circular cylinder between two flat ends, which touches planes with the edges of its ends."""
+    """A circular cylinder between two flat ends, which touches planes with their edges; from inside a tin."""
 
     at: Vector
     axis: Vector
     radius: Scalar
     length: Scalar
+    inside: bool = False
 
     door = True
-    words = expressions("radius", "length", "at", "axis")
+    words = expressions("radius", "length", "at", "axis", "inside")
     required = ("radius", "length")
-    bound = "drum"
+    bound, hollow = "drum", "tin"
     touched_by = {Ball.kind: on_drum}
 
     @classmethod
@@ -72,20 +100,30 @@ class Drum(ContactShape, kind="drum"):
         return Rim if other.endless else cls
 
     def parts(self, other: ContactShape) -> Sequence[ContactShape]:
-        """Return the edges of its ends for planes, else the drum."""
+        """Return the edges of its ends for planes, else the drum; from inside, its wall and its ends."""
+        if self.inside:
+            return self.members
         return self.rims if other.endless else (self,)
 
     @property
     def rims(self) -> Sequence[ContactShape]:
         """Edges of its ends."""
+        return [Rim(self.body, end, self.axis, self.radius) for end in self.middles]
+
+    @property
+    def middles(self) -> Sequence[Vector]:
+        """Middles of its ends."""
         half = sympy.sympify(self.length) / 2
-        ends = (sum_of(self.at, scale(side * half, self.axis)) for side in (-1, 1))
-        return [Rim(self.body, end, self.axis, self.radius) for end in ends]
+        return [sum_of(self.at, scale(side * half, self.axis)) for side in (-1, 1)]
 
     @property
     def members(self) -> Sequence[ContactShape]:
-        """Edges of its ends for planes, and the drum itself for spheres."""
-        return [*self.rims, self]
+        """Edges of its ends for planes, and the drum itself for spheres; from inside, its wall and its ends."""
+        if not self.inside:
+            return [*self.rims, self]
+        normals = self.axis, negate(self.axis)
+        lids = [Lid(self.body, at, n, *across(n)) for at, n in zip(self.middles, normals, strict=True)]
+        return [Wall(self.body, self.at, self.axis, self.radius, True, self.length), *lids]
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:
@@ -93,11 +131,21 @@ class Drum(ContactShape, kind="drum"):
         return drum(body, **data)
 
 
-def drum(body: Frame, radius: Expression, length: Expression, *, at: Any = None, axis: Any = "z") -> Drum:
-    """Return a cylinder with ends fixed in the body: a can, a puck, a coin.
+def drum(
+    body: Frame,
+    radius: Expression,
+    length: Expression,
+    *,
+    at: Any = None,
+    axis: Any = "z",
+    inside: bool = False,
+) -> Drum:
+    """Return a cylinder with ends fixed in the body: a can, a puck, a coin; with ``inside=True`` a tin.
 
     It touches planes with the edges of its ends: standing at four points of one, lying along a line at both. Spheres
-    roll on its wall, on its flat ends and over the rim between.
+    roll on its wall, on its flat ends and over the rim between. From inside it holds points, spheres, corners, boxes,
+    hulls and capsules, by its wall and its two ends: contacts of three names, ``c_1`` with the wall, ``c_2`` and
+    ``c_3`` with the ends.
 
     Parameters
     ----------
@@ -105,6 +153,8 @@ def drum(body: Frame, radius: Expression, length: Expression, *, at: Any = None,
     at : Point of the body or three components, optional
         Its middle; by default the body's origin.
     axis : "x", "y", "z" or three components
+    inside : bool
+        True if other bodies are in it.
 
     Examples
     --------
@@ -120,4 +170,5 @@ def drum(body: Frame, radius: Expression, length: Expression, *, at: Any = None,
     """
     what = f"the drum of {body!r}"
     n = unit_vector(body, axis, f"the axis of {what}")
-    return Drum(body, place_in(body, at, what), n, size_of(body, radius, what), size_of(body, length, what))
+    sizes = size_of(body, radius, what), size_of(body, length, what)
+    return Drum(body, place_in(body, at, what), n, *sizes, flag(inside, what))

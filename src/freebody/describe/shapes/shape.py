@@ -111,6 +111,8 @@ class ContactShape(OfBody):
     """True for a convex solid, which touches other solids, spheres and points in patches."""
     stands: ClassVar[bool] = False
     """True for a point on which a disk stands that lies flat."""
+    enclosed: ClassVar[bool] = False
+    """True for a corner of a solid as what touches hollows, and nothing else."""
     in_families: ClassVar[bool] = True
     section: ClassVar[str] = "contacts"
     """Section of model files in which contacts with such a surface stand."""
@@ -204,6 +206,11 @@ class ContactShape(OfBody):
         """Parts that stand in a family of contacts."""
         return (self,)
 
+    @property
+    def enclosures(self) -> Sequence[ContactShape]:
+        """Parts that stand beside them in a family with hollows, which these touch."""
+        return ()
+
     # -- the plane of motion -----------------------------------------------------------------------
 
     def lies_across(self, R: Matrix, k: Vector) -> bool:
@@ -266,7 +273,7 @@ def numbers(shape: type[ContactShape]) -> dict[str, int]:
 
 def law(feature: ContactShape, surface: ContactShape) -> Law | None:
     """Return the law of a feature on a surface, None if it has none in this order."""
-    if feature.inside:
+    if feature.inside or (feature.enclosed and not surface.inside):
         return None
     return type(feature).touches.get(surface.kind) or type(surface).law_with(type(feature))
 

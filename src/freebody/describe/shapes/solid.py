@@ -1,8 +1,8 @@
 """Convex solids: boxes, convex hulls and capsules, as corners, faces and edges, rounded by a radius.
 
-A corner touches a plane by itself, as the corners of `corners` do. Solids touch each other, spheres and points in
-patches: the corners of one over a face of the other, and the crossings of their edges; a family of contacts finds them
-at every state (`motion.families.patches`).
+A corner touches a plane or a hollow by itself, as the corners of `corners` do. Solids touch each other, spheres and
+points in patches: the corners of one over a face of the other, and the crossings of their edges; a family of contacts
+finds them at every state (`motion.families.patches`).
 """
 
 from __future__ import annotations
@@ -30,6 +30,28 @@ MOST = 4000
 """Most corners of a hull."""
 
 
+class Tip(Spot, kind="tip of a solid", listed=False):
+    """A corner of a solid in a hollow."""
+
+    enclosed = True
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return None: it touches hollows alone."""
+        return None
+
+
+class RoundTip(Ball, kind="round tip of a solid", listed=False):
+    """A round corner of a solid in a hollow."""
+
+    enclosed = True
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return None: it touches hollows alone."""
+        return None
+
+
 class Solid(ContactShape, listed=False):
     """A convex solid; ``faces`` are the corners of each face, counter-clockwise from outside."""
 
@@ -45,12 +67,19 @@ class Solid(ContactShape, listed=False):
         return Spot if other.endless else cls
 
     def parts(self, other: ContactShape) -> Sequence[ContactShape]:
-        """Return the corners for planes, else the solid."""
-        if not other.endless:
+        """Return the corners for planes and hollows, else the solid."""
+        if not (other.endless or other.inside):
             return (self,)
         if self.radius == 0:
             return [Spot(self.body, corner) for corner in self.corners]
         return [Ball(self.body, corner, self.radius) for corner in self.corners]
+
+    @property
+    def enclosures(self) -> Sequence[ContactShape]:
+        """The corners."""
+        if self.radius == 0:
+            return [Tip(self.body, corner) for corner in self.corners]
+        return [RoundTip(self.body, corner, self.radius) for corner in self.corners]
 
 
 class Box(Solid, kind="box"):

@@ -103,7 +103,7 @@ class Contacts:
                     "size": text_of(m.number(shape.radius, title)),
                     "fromto": text_of(*ends[1], *ends[0]),
                 }
-            case "drum":
+            case "drum" if not shape.inside:
                 turn = Rotation.trusted(normal(m.vector(shape.axis, title)))
                 return {
                     "type": "cylinder",

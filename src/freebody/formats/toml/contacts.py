@@ -66,10 +66,6 @@ def read_contact(system: System, name: str, table: Table) -> None:
         for key in ("feature", "surface")
     )
     laws = _laws(table)
-    if table.has("normal"):
-        laws["normal"] = table.law("normal")
-    if table.has("along"):
-        laws["along"] = _direction(table, "along")
     table.done()
     table.guard(lambda: system.contact(name, feature, surface, **laws))
 
@@ -84,6 +80,10 @@ def _laws(table: Table) -> dict[str, Any]:
     laws |= {key: _friction(table, key) for key in ("friction", "static_friction") if table.has(key)}
     if table.has("impact"):
         laws["impact"] = table.text("impact")
+    if table.has("normal"):
+        laws["normal"] = table.law("normal")
+    if table.has("along"):
+        laws["along"] = _direction(table, "along")
     return laws
 
 
@@ -176,14 +176,19 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     if isinstance(pair, Gap):
         return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
-    keys |= _law_keys(writer, pair) if pair.friction_across is None else _elliptic(writer, pair)
+    return keys | _law_keys(writer, pair)
+
+
+def _law_keys(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
+    """Return the keys of the laws of a contact or a family, and their texts."""
+    keys = _round(writer, pair) if pair.friction_across is None else _elliptic(writer, pair)
     keys |= _other_keys(writer, pair)
     if pair.normal_force is not None:
         keys["normal"] = writer.law(pair.normal_force)
     return keys
 
 
-def _law_keys(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
+def _round(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
     """Return the keys of friction with one coefficient, and their texts."""
     keys = {"friction": writer.law(pair.friction)} if pair.friction != 0 else {}
     if pair.static_friction != at_rest(pair.friction):
@@ -202,7 +207,7 @@ def _other_keys(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[s
     return keys
 
 
-def _elliptic(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
+def _elliptic(writer: ValueTexts, pair: ContactPair | ContactFamily) -> dict[str, str]:
     """Return the keys of friction with two coefficients, and their texts."""
     assert pair.along is not None
     keys = {
@@ -220,7 +225,7 @@ def family_keys(writer: ValueTexts, family: ContactFamily) -> dict[str, str]:
     keys = {"shapes": f"[{', '.join(_shape_text(writer, shape) for shape in family.shapes)}]"}
     if family.against:
         keys["against"] = f"[{', '.join(_shape_text(writer, shape) for shape in family.against)}]"
-    keys |= _law_keys(writer, family) | _other_keys(writer, family)
+    keys |= _law_keys(writer, family)
     if family.apart:
         pairs = (f'["{first.name}", "{second.name}"]' for first, second in family.apart)
         keys["apart"] = f"[{', '.join(pairs)}]"

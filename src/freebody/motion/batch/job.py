@@ -18,7 +18,7 @@ from ...model.values import check_assumptions
 from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
-from ..contact.sensitivity import check_derivable
+from ..contact.derivatives.sensitivity import check_derivable
 from ..ending import End
 from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels

@@ -126,6 +126,7 @@ def choose_features(work: ContactRun) -> None:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
         it.reason[np.array(it.reason) == event_run.BLOW] = reason
     if patches.changed(it.t, np.array(it.y)):
+        log(work, event_run.OTHER_VALUES, len(work.changes))
         work.set_values(patches.values)
         it.stale = 1
 

@@ -114,6 +114,11 @@ class Laws(Record):
     ``up``         ground axis (3) against which the tangents of round shapes turn, of each family
     ``defined``    1 if the program gives the tangents
     ``patched``    1 if the two touch in patches (`patches`), without a program
+    ``directed``, ``along``, ``ratio``    1 if a family has two coefficients of friction, their direction (3) in axes of
+                   the second member, and μ_2/μ_1
+    ``normal``, ``normal_c``, ``normal_at``    kernel of the normal force of a compliant family, its constants and the
+                   first of them: the state, depth and rate give the force; 0: rigid.  ``given``: its arguments;
+    ``compliant``  number of these families
     """
 
     kinds: Count
@@ -129,6 +134,14 @@ class Laws(Record):
     spins: Wholes
     rows: Wholes
     axis: Row
+    directed: Wholes
+    along: Row
+    ratio: Row
+    compliant: Count
+    normal: Wholes
+    normal_c: Row
+    normal_at: Wholes
+    given: Row
     mu: Row
     rolling: Row
     spinning: Row
@@ -153,6 +166,7 @@ class Pairs(Record):
     ``earlier``, ``earlier_past``, ``earlier_impulses``    the same of the step before the last one
     ``alternates``         1 if the last impulses were nearer to those than to the ones between
     ``pull``               pull that each pair bears in the step (`adhere`)
+    ``depth``              depth of a compliant pair, whose gap counts as 0 then
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
 
@@ -178,6 +192,7 @@ class Pairs(Record):
     stuck: Annotated[Wholes, "pairs"]
     last: Annotated[Rows, "pairs", RATES]
     pull: Annotated[Row, "pairs"]
+    depth: Annotated[Row, "pairs"]
     found: Annotated[Row, TOUCH]
     given: Annotated[Row, 56]
 

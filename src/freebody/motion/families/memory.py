@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.contacts.normal_law import DEPTH, RATE
 from ...describe.shapes.shape import ContactShape
 from ...dynamics.kinematics import link_postures, motions, place_of, velocities
 from ...dynamics.state import State, float_state
@@ -60,7 +61,7 @@ def fill(
     model = kernels.model
     _fill_links(of, kernels, values, order, blocks)
     fill_members(of, model, values)
-    return _fill_laws(of, model, values)
+    return _fill_laws(of, kernels, values)
 
 
 def _fill_links(
@@ -188,7 +189,8 @@ def kinds_of(families: Sequence[Family]) -> list[str]:
     return list(dict.fromkeys(member.kind for family in families for member in family.members))
 
 
-def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple[Any, ...]:
+def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> tuple[Any, ...]:
+    model = kernels.model
     laws, kinds = of.laws, kinds_of(model.families)
     count, n = len(model.families), len(kinds)
     tables = {
@@ -235,7 +237,38 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
             for one in model.families
         ]
         setattr(laws, name, np.array(numbers or [0.0]))
+    laws.directed = whole(int(one.law.along is not None) for one in model.families)
+    state = float_state(model, values=values)
+    laws.along = np.array([float(state(x)) for one in model.families for x in one.law.along or ZERO] or [0.0])
+    laws.ratio = np.array([_ratio(model, values, one) for one in model.families] or [1.0])
+    normals = [None if one.law.normal_force is None else normal_law(kernels, one) for one in model.families]
+    laws.compliant = sum(one is not None for one in normals)
+    laws.normal = whole(0 if one is None else one.address("normal") for one in normals)
+    constants = [np.zeros(0) if one is None else one.constants(kernels.parameters(values)) for one in normals]
+    laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
+    laws.normal_c = np.concatenate([*constants, [0.0]])
+    laws.given = np.zeros(model.n_q + model.n_u + 2)
     return tuple(programs)
+
+
+def _ratio(model: Model, values: Mapping[str, float], family: Family) -> float:
+    """Return μ_2/μ_1 of a family with two coefficients of friction, else 1."""
+    law = family.law
+    if law.friction_across is None:
+        return 1.0
+    mu, across = (
+        number(model, values, x, f"the friction of {family!r}") for x in (law.friction, law.friction_across)
+    )
+    return across / mu
+
+
+def normal_law(kernels: Kernels, family: Family) -> Program:
+    """Return the function ``normal``: the normal force of a pair, of the state, its depth and the rate of that."""
+
+    def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        return {"normal": [state.with_values(family.law.normal_force, {DEPTH: given[0], RATE: given[1]})]}
+
+    return kernels.program(f"normal force of {family.name}", functions, 2)
 
 
 def label_of(model: Model, first: int, second: int) -> str:

@@ -1,18 +1,14 @@
-"""The closed pairs of families at a configuration: geometry by the programs of pairs, rates, and rows of W.
-
-    g <= limit;      e·(v_P - v_Q) = W u + w,   e = n, t1, t2;      W_j = S_j·(wrench of e at P on the first body, -e at
-                                                                     Q on the second),  S_j: motion per unit of speed j
+"""The closed pairs of families at a configuration, g <= limit: geometry by the programs of pairs.
 
 Pairs stand in ascending order of their members, whatever the order of the broad phase.
 """
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, call, compiled, greater, hot, inlined, room
-from ..cones.contact_problem import Blocks
+from ...native.instructions import Integers, Reals, call, compiled, greater, hot, root
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import CORNER, FAR, NOWHERE
-from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
+from .family_record import POINTS, POSE, TOUCH, Families, Members, Pairs
 from .nearest import EDGES
 from .patches import measure_cores, take_core
 
@@ -107,6 +103,7 @@ def move(pairs: Pairs, c: int, k: int) -> None:
         pairs.ids[c],
         k,
     )
+    pairs.depth[k] = pairs.depth[c]
     for n in range(TOUCH):
         pairs.touch[k, n] = pairs.touch[c, n]
 
@@ -169,13 +166,27 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     pairs.count += 1
     if slot >= pairs.most:
         return
-    if laws.defined[law] == 0:
+    if laws.directed[f] == 1:
+        direct(of, second, found)
+    elif laws.defined[law] == 0:
         turn(found, laws.up[3 * f :])
     pairs.first[slot], pairs.second[slot] = first, second
     pairs.ids[slot], pairs.slots[slot] = (i * members.count + j) * POINTS, slot
-    pairs.apart[slot], pairs.crossed[slot] = found[0], 0
+    pairs.crossed[slot] = 0
+    pairs.apart[slot] = take(of, slot, found, found[0])
+
+
+@compiled
+def take(of: Families, slot: int, found: Reals, apart: float) -> float:
+    """Keep the geometry of a pair; return its gap. Compliant ones have their depth beside it, and a gap of 0."""
+    pairs = of.pairs
     for n in range(TOUCH):
         pairs.touch[slot, n] = found[n]
+    pairs.depth[slot] = -found[0]
+    if of.laws.normal[of.members.family[pairs.first[slot]]] == 0:
+        return apart
+    pairs.touch[slot, 0] = greater(found[0], 0.0)
+    return greater(apart, 0.0)
 
 
 @compiled
@@ -214,13 +225,14 @@ def spread(of: Families, first: int, second: int, both: int, limit: float) -> No
                 found[0] = point[6]
                 for n in range(3):
                     found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
-                turn(found, of.laws.up[3 * of.members.family[first] :])
+                if of.laws.directed[of.members.family[first]] == 1:
+                    direct(of, second, found)
+                else:
+                    turn(found, of.laws.up[3 * of.members.family[first] :])
                 pairs.first[slot], pairs.second[slot] = first, second
                 pairs.ids[slot] = both * POINTS + number(of, first, second, patch.features[4 * p :])
-                pairs.slots[slot], pairs.apart[slot] = slot, apart
+                pairs.slots[slot], pairs.apart[slot] = slot, take(of, slot, found, apart)
                 pairs.crossed[slot] = 1 if patch.kind == EDGES else 0
-                for n in range(TOUCH):
-                    pairs.touch[slot, n] = found[n]
 
 
 @compiled
@@ -256,6 +268,23 @@ def turn(found: Reals, up: Reals) -> None:
 
 
 @compiled
+def direct(of: Families, second: int, found: Reals) -> None:
+    """Set the tangents to the direction of friction of the second member, in its surface, and to n × t1."""
+    d, R = of.laws.along[3 * of.members.family[second] :], of.links.poses[POSE * of.members.link[second] :]
+    n, t = found[1:], found[T:]
+    for i in range(3):
+        t[i] = R[3 * i] * d[0] + R[3 * i + 1] * d[1] + R[3 * i + 2] * d[2]
+    across = t[0] * n[0] + t[1] * n[1] + t[2] * n[2]
+    for i in range(3):
+        t[i] -= across * n[i]
+    size = root(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    for i in range(3):
+        t[i] /= size
+    for i in range(3):
+        t[3 + i] = n[(i + 1) % 3] * t[(i + 2) % 3] - n[(i + 2) % 3] * t[(i + 1) % 3]
+
+
+@compiled
 def arrange(pairs: Pairs) -> None:
     """Sort the pairs by their ids (Shell's method)."""
     pairs.within = -1.0
@@ -272,158 +301,3 @@ def arrange(pairs: Pairs) -> None:
                 a -= step
             pairs.ids[a], pairs.slots[a] = number, slot
         step //= 3
-
-
-# -- rows ------------------------------------------------------------------------------------------------
-
-
-@compiled
-def rows(of: Families, blocks: Blocks, first: int, W: Reals, friction: int) -> int:
-    """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end.
-
-    Those of tangents have values only if ``friction`` is not 0.
-    """
-    pairs, links, r = of.pairs, of.links, first
-    for c in range(pairs.count):
-        slot = pairs.slots[c]
-        f = of.members.family[pairs.first[slot]]
-        one, other = of.members.link[pairs.first[slot]], of.members.link[pairs.second[slot]]
-        touch = pairs.touch[slot]
-        for k in range(of.laws.rows[f]):
-            piece, at = blocks.first[r], blocks.at[r]
-            low, high = links.block[one], links.block[other]
-            if high < low:
-                low, high = high, low
-            if low >= 0 and low != high:
-                blocks.pieces[piece] = low
-                piece += 1
-            if high >= 0:
-                blocks.pieces[piece] = high
-                piece += 1
-            end = at
-            for p in range(blocks.first[r], piece):
-                b = blocks.pieces[p]
-                end += blocks.starts[b + 1] - blocks.starts[b]
-            blocks.first[r + 1], blocks.at[r + 1] = piece, end
-            r += 1
-            if k > 0 and friction == 0:
-                continue
-            for n in range(at, end):
-                W[n] = 0.0
-            e = axis(of, slot, k)
-            if k <= of.laws.tangents[f]:
-                press(links, blocks, r - 1, one, touch[P:], e, 1.0, W)
-                press(links, blocks, r - 1, other, touch[Q:], e, -1.0, W)
-            else:
-                twist(links, blocks, r - 1, one, e, 1.0, W)
-                twist(links, blocks, r - 1, other, e, -1.0, W)
-    return r
-
-
-@compiled
-def place_of_axis(of: Families, f: int, k: int) -> int:
-    """Return the place in a touch of the axis of row k of a pair; -1 for the axis of a plane of motion."""
-    tangents = of.laws.tangents[f]
-    if k == 0 or k - 1 - tangents >= of.laws.rolls[f]:  # of spinning, too
-        return 1
-    if k <= tangents:
-        return T + 3 * (k - 1)
-    return -1 if tangents == 1 else T + 3 * (k - 1 - tangents)
-
-
-@inlined
-def axis(of: Families, slot: int, k: int) -> Reals:
-    """Return the axis of row k of a pair: normal, tangents, then axes of what resists rolling and spinning."""
-    f, touch = of.members.family[of.pairs.first[slot]], of.pairs.touch[slot]
-    place = place_of_axis(of, f, k)
-    return of.laws.axis[3 * f :] if place < 0 else touch[place:]
-
-
-@compiled
-def row_rate(of: Families, slot: int, k: int) -> float:
-    """Return the rate of row k of a pair: the velocity, or the angular velocity, along its axis."""
-    members, pairs, e = of.members, of.pairs, axis(of, slot, k)
-    if k <= of.laws.tangents[members.family[pairs.first[slot]]]:
-        return rate(of, slot, e)
-    first, second = members.link[pairs.first[slot]], members.link[pairs.second[slot]]
-    return turning(of.links, first, e) - turning(of.links, second, e)
-
-
-@inlined
-def turning(links: Links, link: int, e: Reals) -> float:
-    """Return the angular velocity of a link along e."""
-    R, total = links.poses[POSE * link :], 0.0
-    for i in range(3):
-        total += R[12 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
-    return total
-
-
-@compiled
-def press(
-    links: Links, blocks: Blocks, r: int, link: int, point: Reals, e: Reals, sign: float, W: Reals
-) -> None:
-    """Add to row r the generalized force of a force e on a link at a point."""
-    if links.block[link] < 0:
-        return
-    start, wrench = start_of(links, blocks, r, link), room(6)
-    for n in range(links.chain_at[link], links.chain_at[link + 1]):
-        a = links.chain[n]
-        R = links.poses[POSE * a :]
-        x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
-        m_x, m_y, m_z = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]
-        for i in range(3):
-            wrench[i] = sign * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
-            wrench[3 + i] = sign * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
-        for j in range(links.motion_at[a], links.motion_at[a + 1]):
-            S, total = links.axes[6 * j :], 0.0
-            for i in range(6):
-                total += S[i] * wrench[i]
-            W[start + links.place[j]] += total
-
-
-@inlined
-def start_of(links: Links, blocks: Blocks, r: int, link: int) -> int:
-    """Return the place of the first speed of the machine in row r, as far as the block of a link counts."""
-    start, b = blocks.at[r], blocks.pieces[blocks.first[r]]
-    if b != links.block[link]:
-        start += blocks.starts[b + 1] - blocks.starts[b]
-        b = links.block[link]
-    return start - blocks.starts[b]
-
-
-@compiled
-def twist(links: Links, blocks: Blocks, r: int, link: int, e: Reals, sign: float, W: Reals) -> None:
-    """Add to row r the generalized force of a moment e on a link."""
-    if links.block[link] < 0:
-        return
-    start = start_of(links, blocks, r, link)
-    for n in range(links.chain_at[link], links.chain_at[link + 1]):
-        a = links.chain[n]
-        R = links.poses[POSE * a :]
-        for j in range(links.motion_at[a], links.motion_at[a + 1]):
-            S, total = links.axes[6 * j :], 0.0
-            for i in range(3):
-                total += S[i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
-            W[start + links.place[j]] += sign * total
-
-
-@compiled
-def rate(of: Families, slot: int, e: Reals) -> float:
-    """Return e·(v_P - v_Q) of a pair."""
-    members, pairs = of.members, of.pairs
-    touch = pairs.touch[slot]
-    return along(of.links, members.link[pairs.first[slot]], touch[P:], e) - along(
-        of.links, members.link[pairs.second[slot]], touch[Q:], e
-    )
-
-
-@compiled
-def along(links: Links, link: int, point: Reals, e: Reals) -> float:
-    """Return the velocity along e of the point of a link that is at a place now."""
-    R = links.poses[POSE * link :]
-    x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
-    m_x, m_y, m_z, total = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0], 0.0
-    for i in range(3):
-        total += R[12 + i] * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
-        total += R[15 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
-    return total

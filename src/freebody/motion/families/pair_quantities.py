@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,9 @@ def pair_quantities(
     y = np.ascontiguousarray(np.concatenate(given, axis=1))
     touch = observe(law.address, outputs, times, y, np.zeros(1))
     n, tangents = touch[:, 1:4], touch[:, T : T + 6].reshape(-1, 2, 3)
-    if not law.defined:
+    if family.law.along is not None:
+        tangents = directed_tangents(n, own[1], [float(state(x)) for x in family.law.along])
+    elif not law.defined:
         tangents = upright_tangents(n, [float(x) for x in family.upright])
     moved = _velocity(own[0], touch[:, P : P + 3]) - _velocity(own[1], touch[:, Q : Q + 3])
     beside = (touch[:, 16 : 16 + law.reaches] < 0).any(axis=1)
@@ -89,16 +91,20 @@ def patch_quantities(
     measure = loop.code("motion.families.patches", "measure")
     gap, approach = np.empty(len(times)), np.empty(len(times))
     slip, turning = np.empty((len(times), 2)), np.empty((len(times), 3))
-    up = [float(x) for x in model.families[number].upright]
+    up, along = [float(x) for x in model.families[number].upright], model.families[number].law.along
+    if along is not None:
+        along = [float(float_state(model, values=values)(x)) for x in along]
     for k, row in enumerate(poses):
         of.links.poses[POSE:] = row
         gap[k] = measure(of, first, second, np.inf)
         point = of.patch.points[: of.patch.count]
         point = point[point[:, 6].argmin()]
-        tangents = upright_tangents(point[None, 3:6], up)[0]
         own = [
             of.links.poses[POSE * link : POSE * (link + 1)][None] for link in of.members.link[[first, second]]
         ]
+        tangents = upright_tangents(point[None, 3:6], up)[0]
+        if along is not None:
+            tangents = directed_tangents(point[None, 3:6], own[1], along)[0]
         moved = _velocity(own[0], point[None, :3]) - _velocity(own[1], point[None, :3])
         approach[k], slip[k] = -point[3:6] @ moved[0], tangents @ moved[0]
         turning[k] = _turning(own[0], own[1], tangents[None], point[None, 3:6])[0]
@@ -117,6 +123,14 @@ def _velocity(pose: Array, point: Array) -> Array:
     R = pose[:, :9].reshape(-1, 3, 3)
     w, v = (np.einsum("kij,kj->ki", R, pose[:, k : k + 3]) for k in (12, 15))
     return np.asarray(v + np.cross(w, point - pose[:, 9:12]))
+
+
+def directed_tangents(n: Array, pose: Array, along: Sequence[float]) -> Array:
+    """Return the tangents of `narrow_phase.direct` for normals n and poses of the surface, shape (k, 2, 3)."""
+    a = pose[:, :9].reshape(-1, 3, 3) @ np.array(along)
+    level = a - np.einsum("ki,ki->k", a, n)[:, None] * n
+    first = level / np.linalg.norm(level, axis=1)[:, None]
+    return np.stack([first, np.cross(n, first)], axis=1)
 
 
 def upright_tangents(n: Array, up: list[float]) -> Array:

@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...dynamics.impulse import blows_on, generalized_impulse
-from ...dynamics.kinematics import point_velocity
+from ...dynamics.bearing_loads import shared
+from ...dynamics.impulse import blows_on, generalized_impulse, impulsive_reactions, speed_jumps
+from ...dynamics.kinematics import link_twists, point_velocity
 from ...dynamics.state import State
 from ...errors import NoDerivativesError
 from ...scalar.algebra import ZERO, divide, dot
@@ -51,8 +52,28 @@ def check_blow(blow: Blow) -> None:
         )
 
 
+def reactions_of_blow(
+    slopes: Any, hit: Struck, sigma: Array, tau: Array
+) -> tuple[Array, tuple[Array, Array]]:
+    """Return the speeds after a blow without the friction of joints, and the impulses that press their bearings.
+
+    These are the forces at the places of the bearings, shape (joints, 7), and their derivatives, (unknowns, joints, 7).
+    """
+    model, state, options = slopes.model, _state(slopes, hit.t, hit.before, sigma, tau), hit.blow.options
+    keys = ("at", "impulse", "moment", "frame")
+    acting = blows_on(model, state, [resolved_blow(model, state, *(options[key] for key in keys))])
+    jump, _ = speed_jumps(model, state, generalized_impulse(model, state, acting))
+    found = impulsive_reactions(model, state, link_twists(model, state, jump), acting)
+    laws = [contact.law for contact in model.contacts if contact.loaded]
+    rows = [shared(model, state, law, *found[law.joint.name]) for law in laws]
+    after = hit.before.copy()
+    after[model.n_q : slopes.moved] += [float(value_of(x)) for x in jump]
+    changes = [[[float(slope_of(x, j)) for x in row] for row in rows] for j in range(len(sigma))]
+    return after, (np.array([[float(value_of(x)) for x in row] for row in rows]), np.array(changes))
+
+
 def after_blow(slopes: Any, hit: Struck, sigma: Array, tau: Array) -> Array:
-    """Return the derivatives after a blow; ``slopes`` are `contact.slopes.Slopes`."""
+    """Return the derivatives after a blow; ``slopes`` are `contact.derivatives.slopes.Slopes`."""
     n_q, n, moved = slopes.model.n_q, slopes.model.n_u, slopes.moved
     M, G = slopes.mass(hit.t, hit.before)
     jump = (hit.after - hit.before)[n_q:moved]

@@ -3,7 +3,8 @@
     P = r (|F_a| + |F_b|),      dP = dr (|F_a| + |F_b|) + r (F_a·dF_a/|F_a| + F_b·dF_b/|F_b|)
 
 F is affine in the accelerations and forces of a motion: the jump of the speeds and the impulses take their place, and
-what F is without them is taken away (`events.impacts.loaded_impacts`).
+what F is without them is taken away (`events.impacts.loaded_impacts`). The reactions of a blow are added to F where its
+friction follows.
 """
 
 from __future__ import annotations
@@ -14,8 +15,12 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
+from ...errors import NoDerivativesError
 from ..ode.dense_output import Array, outputs_at
 from ..phase.candidate_slopes import bearing_slopes
+
+NONE = 1e-12
+"""Part of the load of a joint below which a place of it bears nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +28,7 @@ class Load:
     """The load of a joint in an impact.
 
     ``size``          P, and its derivatives ``by_jump`` of the speeds, and ``by_impulses`` of all rows
-    ``slopes``        `contact.slopes.Slopes`
+    ``slopes``        `contact.derivatives.slopes.Slopes`
     """
 
     size: float
@@ -37,7 +42,7 @@ class Load:
         """Return dP for a change of the state before by s with the unknown j, at fixed speeds after and impulses."""
         n_q, n = self.slopes.model.n_q, self.slopes.model.n_u
         still = np.concatenate([s[:n_q], np.zeros(n)])
-        along = _Bearing(self.slopes, self.hit, self.place).along(still, tau, self.slopes.seeds[j])
+        along = _Bearing(self.slopes, self.hit, self.place).along(still, tau, self.slopes.seeds[j], j)
         return along - float(self.by_jump @ s[n_q:])
 
 
@@ -61,6 +66,13 @@ class _Bearing:
         self.forces = (
             self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
         )
+        self.blown: Any = None if hit.blown is None else [x[..., place, :] for x in hit.blown]
+        if self.blown is not None:
+            self.forces = self.forces + self.blown[0]
+        sizes = [float(np.linalg.norm(F)) for F in self._places(self.forces)]
+        for at, size in zip((1, 4), sizes, strict=True):  # round-off is no load
+            if size <= NONE * sum(sizes):
+                self.forces[at : at + 3] = 0.0
         self.lever = self._outputs(self.still, zero, self.still)[0][0]
 
     @property
@@ -68,12 +80,18 @@ class _Bearing:
         """P."""
         return float(self.lever * sum(np.linalg.norm(F) for F in self._places(self.forces)))
 
-    def along(self, s: Array, tau: float, dp: Array) -> float:
-        """Return dP along a direction, at a fixed jump and fixed impulses."""
+    def along(self, s: Array, tau: float, dp: Array, j: int) -> float:
+        """Return dP along a direction, at a fixed jump and fixed impulses, with the unknown j."""
         direction = np.concatenate([s, [tau], dp])
         with_all = self._outputs(self.acting, direction, self.still)[1]
         without = self._outputs(self.still, direction, self.still)[1]
-        return float(without[0]) * self.size / self.lever + self._turned(with_all - without)
+        change = with_all - without
+        if self.blown is not None:
+            change = change + self.blown[1][j]
+        for F, dF in zip(self._places(self.forces), self._places(change), strict=True):
+            if not F.any() and dF.any():
+                raise self._undirected()
+        return float(without[0]) * self.size / self.lever + self._turned(change)
 
     def gradient(self) -> tuple[Array, Array]:
         """Return the derivatives of P by the jump of the speeds and by the impulses of all rows."""
@@ -85,6 +103,16 @@ class _Bearing:
             ]
         )
         return whole[: self.sizes[0]], whole[self.sizes[0] :]
+
+    def _undirected(self) -> NoDerivativesError:
+        """Return the error for a place of a joint that bears nothing, but would if an unknown changed."""
+        model = self.slopes.model
+        name = [contact.name for contact in model.contacts if contact.loaded][self.place]
+        return NoDerivativesError(
+            f"The motion of '{model.name}' has no derivatives by the unknowns of sensitivities= after t = "
+            f"{self.hit.t:.9g} s: one place of the joint with friction '{name}' bears no impulse there, and would if "
+            "an unknown changed, whichever way. Take differences of runs with values= that differ on one side."
+        )
 
     def _turned(self, change: Array) -> float:
         """Return r Σ F·dF/|F|."""

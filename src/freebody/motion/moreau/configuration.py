@@ -105,10 +105,6 @@ def adhere(run: Run) -> None:
     bounds.
     """
     contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
-    if run.machine.looped == 1:  # no kernel writes them
-        run.pressing[0] = 0.0
-        for i in range(run.machine.n):
-            run.pressed[i] = 0.0
     for a in range(problem.count):
         e, r, A = contacts.owner[a], problem.rows[a], 0.0
         if problem.kinds[a] == NORMAL:
@@ -122,6 +118,12 @@ def adhere(run: Run) -> None:
         if A > 0.0:
             add(problem.blocks, r, run.W, -A, run.pressed)
             run.pressing[0] -= A * contacts.before[a]
+
+
+@inlined
+def compliant(run: Run, c: int) -> int:
+    """Return 1 if a law of its depth gives the normal force of a pair."""
+    return 1 if run.families.laws.normal[family_of(run, run.families.pairs.slots[c])] != 0 else 0
 
 
 @inlined
@@ -206,10 +208,11 @@ def answers(run: Run, constraints: int) -> None:
         if kinds[a] == SECOND and problem.between[a - 1] == 0:
             A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
             A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
-    for a in range(run.contacts.closed):
-        if (
-            problem.kinds[a] == NORMAL and run.contacts.held[run.contacts.owner[a]] != 0
-        ):  # a given force that moves nothing is compared by the rate of its tangent
+    for a in range(problem.count):
+        e = run.contacts.owner[a]
+        given = run.contacts.held[e] if a < run.contacts.closed else compliant(run, e)
+        if kinds[a] == NORMAL and given != 0:
+            # a given force that moves nothing is compared by the rate of its tangent
             A[a, 0] = A[a + 1, 0]
     set_scales(problem)
     run.sweeping.pairs = 0

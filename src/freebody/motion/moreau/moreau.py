@@ -51,7 +51,7 @@ from .elimination import answer_block, meet
 from .free_joints import add_turning, fix, release
 from .impulses import impulses
 from .loads import change_loads, imbalance
-from .pairs import begin_pairs, log_pairs, mode, room_left, slip, sticking
+from .pairs import begin_pairs, log_pairs, mode, press_pairs, room_left, slip, sticking
 from .spin import set_spins
 from .stepping_record import (
     CLOSED_GAP,
@@ -123,6 +123,7 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
         contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
+    press_pairs(run, t + 0.5 * run.h)
     begin_pairs(run)
     set_spins(run, run.u)
     answers(run, run.constraints)

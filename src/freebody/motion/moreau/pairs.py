@@ -6,23 +6,12 @@ numbers of the pairs, which are in ascending order then and now.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser
+from ...native.instructions import Reals, call, compiled, greater, inlined, lesser
+from ..cones.block_rows import add
 from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import ENTRY, POINTS, RESISTED, Pairs
-from ..families.narrow_phase import (
-    P,
-    Q,
-    T,
-    axis,
-    find,
-    nearer,
-    place_in_past,
-    rate,
-    row_rate,
-    rows,
-    seek,
-    stays,
-)
+from ..families.narrow_phase import P, Q, T, find, nearer, place_in_past, seek, stays
+from ..families.pair_rows import axis, rate, row_rate, rows, stretch_of
 from .curvature import after, lasting, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
@@ -74,7 +63,8 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     pairs.known = pairs.count if pairs.count <= pairs.most else 0
     for p in range(pairs.known):
         slot = pairs.slots[p]
-        pairs.past[p], pairs.stays[p] = pairs.ids[p], OPENS if patched(run, slot) == 1 else BEGINS
+        begins = patched(run, slot) == 0 and run.families.laws.normal[family_of(run, slot)] == 0
+        pairs.past[p], pairs.stays[p] = pairs.ids[p], BEGINS if begins else OPENS
         pairs.stuck[p] = pairs.stays[p]
         for k in range(rows_of(run, slot)):
             pairs.impulses[p, k] = 0.0
@@ -88,8 +78,8 @@ def close_pairs(run: Run, friction: int) -> None:
     count, row = problem.count, contacts.rows + run.constraints
     for c in range(pairs.count):
         f = run.families.members.family[pairs.first[pairs.slots[c]]]
-        tangents, rolls = laws.tangents[f], laws.rolls[f]
-        for k in range(laws.rows[f] if friction != 0 else 1):
+        tangents, rolls, rigid = laws.tangents[f], laws.rolls[f], 1 if laws.normal[f] == 0 else 0
+        for k in range(laws.rows[f] if friction != 0 else rigid):
             problem.rows[count], problem.mu[count], problem.between[count] = row + k, laws.mu[f], 0
             problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
             if k > tangents + rolls:
@@ -110,6 +100,39 @@ def close_pairs(run: Run, friction: int) -> None:
             count += 1
         row += laws.rows[f]
     problem.count = count
+
+
+@compiled
+def press_pairs(run: Run, t: float) -> None:
+    """Set the normal forces of compliant pairs, N = max(N(d, d'), 0), whose rows are those of the problem.
+
+    They are loads, with their power; no impulse is to be found along their normals, whose rows become 0.
+    """
+    contacts, problem, families, W = run.contacts, run.problem, run.families, run.W
+    pairs, laws, blocks, given = families.pairs, families.laws, problem.blocks, families.laws.given
+    size = run.machine.n_q + run.machine.n
+    if run.machine.looped == 1:  # no kernel writes them
+        run.pressing[0] = 0.0
+        for i in range(run.machine.n):
+            run.pressed[i] = 0.0
+    for i in range(size if laws.compliant != 0 else 0):
+        given[i] = run.z[i]
+    for a in range(contacts.closed, problem.count):
+        slot = pairs.slots[contacts.owner[a]]
+        f = family_of(run, slot)
+        if problem.kinds[a] != NORMAL or laws.normal[f] == 0:
+            continue
+        r, N, found = problem.rows[a], 0.0, pairs.found
+        speed = rate(families, slot, pairs.touch[slot][1:])
+        if pairs.depth[slot] > 0.0:
+            given[size], given[size + 1] = pairs.depth[slot], -speed
+            call(laws.normal[f], t, given, 0, laws.normal_c[laws.normal_at[f] :], found, 0)
+            N = greater(found[0], 0.0)
+        add(blocks, r, W, N, run.pressed)
+        run.pressing[0] += N * speed
+        for n in range(blocks.at[r], blocks.at[r + 1]):
+            W[n] = 0.0
+        problem.low[a] = N * run.h
 
 
 @compiled
@@ -160,6 +183,8 @@ def begin_pairs(run: Run) -> None:
             p += 1
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
         problem.x[a] = pairs.impulses[p, k] if known else 0.0
+        if run.families.laws.normal[family_of(run, pairs.slots[c])] != 0 and k <= tangents:
+            problem.x[a] = problem.low[a] if k == 0 else (problem.x[a] if problem.low[normal] > 0.0 else 0.0)
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
         while e < pairs.earlier and pairs.earlier_past[e] < pairs.ids[c]:
             e += 1
@@ -194,17 +219,18 @@ def log_pairs(run: Run) -> None:
             c = contacts.owner[a]
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
-            pairs.stays[p] = OPENS if patched(run, slot) == 1 else lasting(run, a)
+            f = family_of(run, slot)
+            opens = patched(run, slot) == 1 or laws.normal[f] != 0
+            pairs.stays[p] = OPENS if opens else lasting(run, a)
             pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
-            f = family_of(run, slot)
             tangents, rows = laws.tangents[f], laws.rows[f]
             for k in range(rows):
                 pairs.impulses[p, k] = problem.x[a + k]
                 pairs.last[p, 2 * k], pairs.last[p, 2 * k + 1] = after(run, a + k), contacts.half[a + k]
             entry[2] = 0.0
             for k in range(1 + tangents):
-                entry[k] = problem.x[a + k]
+                entry[k] = problem.x[a + k] * stretch_of(run.families, f, k)
             entry[0] -= run.h * pairs.pull[c]
             entry[3] = mode(run, a)
             for i in range(3):

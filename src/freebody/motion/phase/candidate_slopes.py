@@ -17,7 +17,7 @@ from typing import Any, cast
 from ...dynamics import State, coordinate_rates
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.contact_geometry import law_values, pressing
 from ...dynamics.linear import applied
 from ...dynamics.newton_euler import bias
@@ -81,7 +81,7 @@ def bearing_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
 
 
 def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
-    """Functions ``machine``, ``rates``, ``mass``, and ``contact 0``, ..., of the state and (w, s, τ, dp)."""
+    """Functions ``machine``, ``residuals``, ``rates``, ``mass``, ``contact 0``, ..., of the state and (w, s, τ, dp)."""
     model, active = candidates.model, candidates.kernels.active
     n, moved = model.n_u, model.n_q + model.n_u
 
@@ -91,6 +91,8 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
         own = linearized(model, state)
         G = [x for i in active for x in own.matrix[i]]
         gamma, speeds = ([part[i] for i in active] for part in (own.bias, own.rate))
+        kinds = rows(model)
+        residuals = [0 if kinds[i].on_speeds else own.residual[i] for i in active]
         machine = [*coordinate_rates(model, state), *bias(model, state), *applied(M, w), *gamma, *G]
         of_contacts = {
             name: along(state, outputs, symbols, direction)
@@ -104,6 +106,7 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
                 own[part.laws + 4] = normal_force_along(state, contact, symbols, direction)
         return {
             "machine": along(state, machine, symbols, direction),
+            "residuals": along(state, residuals, symbols, direction),
             "rates": along(state, speeds, symbols, direction),
             "mass": [*(x for row in M for x in row), *G],
             **of_contacts,

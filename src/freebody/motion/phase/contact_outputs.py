@@ -193,3 +193,12 @@ def bias_along(it: PhaseSlopes, phase: PhaseData, i: int) -> float:
     """Return the derivative of G u' + γ of a condition, with u' fixed."""
     k, change = phase.source[i], condition_change(it, phase, i, phase.udot)
     return change + (it.touch[phase.biases_at[k] + phase.row_of[i]] if k >= 0 else it.gamma[-1 - k])
+
+
+@compiled
+def direct(it: PhaseSlopes, y: Reals, w: Reals, s: Reals) -> None:
+    """Write the state, w, and the direction of q and u."""
+    for i in range(it.n_q + it.n):
+        it.given[i], it.s[i] = y[i], s[i]
+    for i in range(it.n):
+        it.w[i] = w[i]

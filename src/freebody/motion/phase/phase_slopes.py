@@ -42,6 +42,7 @@ from .contact_outputs import (
     bias_along,
     condition_change,
     condition_load,
+    direct,
     force_of,
     forwarded,
     friction,
@@ -54,17 +55,7 @@ from .contact_outputs import (
 )
 from .phase_kernels import rates
 from .phase_record import PhaseData
-from .projection import projection
 from .slopes_record import PhaseSlopes
-
-
-@compiled
-def direct(it: PhaseSlopes, y: Reals, w: Reals, s: Reals) -> None:
-    """Write the state, w, and the direction of q and u."""
-    for i in range(it.n_q + it.n):
-        it.given[i], it.s[i] = y[i], s[i]
-    for i in range(it.n):
-        it.w[i] = w[i]
 
 
 @compiled
@@ -341,12 +332,6 @@ def varied(t: float, y: Reals, c: Reals, out: Reals) -> None:
         for i in range(n):
             out[at + n_q + i] = it.udot[i]
         at += n_q + n
-
-
-@compiled
-def corrected_state(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to (q, u) moved onto the conditions of the phase."""
-    projection(t, y, PhaseSlopes(c).phase, out)
 
 
 @compiled

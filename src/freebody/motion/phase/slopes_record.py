@@ -21,6 +21,8 @@ class PhaseSlopes(Record):
     ``seeds``                   change of each of these parameters with each unknown
     ``shifts``                  τ of each unknown: the s_j are derivatives along times that move with it
     ``machine``, ``touching``   kernels of `candidate_slopes`, with the constants ``machine_c``
+    ``residuals``, ``speeds``   kernels of the machine's own conditions and of their rates, with the same constants;
+                                ``change``: their outputs
     ``given``                   their inputs: (q, u), ``w``, the direction ``s``, then ``rest``: τ and dp
     ``q_dot``, ``bias``, ``inertia``, ``gamma``, ``own_G``    outputs of ``machine``, one after another
     ``touch``                   outputs of the contacts, at the places of those of their own kernels
@@ -48,6 +50,9 @@ class PhaseSlopes(Record):
     machine: Kernel
     machine_c: Annotated[Row, "of_machine"]
     touching: Annotated[Wholes, "contacts"]
+    residuals: Kernel
+    speeds: Kernel
+    change: Annotated[Row, "own"]
     bearings: Kernel
     bearings_c: Annotated[Row, "of_bearings"]
     seeds: Annotated[Rows, "unknowns", "most_symbols"]
@@ -104,6 +109,7 @@ def phase_slopes(
     it.ways = it.borne[2 * at + size + 1 + m :]
     it.machine_c[: constants.size] = constants
     it.machine, it.phase = program.address("machine"), phase
+    it.residuals, it.speeds = program.address("residuals"), program.address("rates")
     it.touching[:] = [program.address(f"contact {k}") for k in range(len(scene.first))]
     for j, row in enumerate(seeds):
         it.seeds[j, :m] = row

@@ -52,17 +52,22 @@ def _hollows(model: Model) -> Iterable[tuple[str, Any, Any]]:
     """Yield contact, inner shape and hollow, once for each pair of radii; numbers were compared when declared."""
     seen = set()
     for contact in model.contacts:
-        if contact.law is None and contact.surface.inside and hasattr(contact.feature, "radius"):
+        if contact.law is None and _is_around(contact.surface) and hasattr(contact.feature, "radius"):
             yield contact.name, contact.feature, contact.surface
     for family in model.families:
         for j, hollow in enumerate(family.members):
-            if not hollow.shape.inside:
+            if not _is_around(hollow.shape):
                 continue
             for i, inner in enumerate(family.members):
                 r = getattr(inner.shape, "radius", None)
                 if r is not None and (r, hollow.shape) not in seen and family.meet(i, j):
                     seen.add((r, hollow.shape))
                     yield family.label(i, j), inner.shape, hollow.shape
+
+
+def _is_around(shape: Any) -> bool:
+    """Return True for a round hollow."""
+    return shape.inside and hasattr(shape, "radius")
 
 
 def _pairs(contacts: Iterable[Contact]) -> Iterable[tuple[Contact, Any, Heightline]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import SimulationError
 from ...model import Model
+from ...model.contact import friction_margin
 from ...model.family import Family
 from ...model.resistance import SPINNING
 from ..contact.course import ContactMotion
@@ -93,7 +94,10 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     mode = np.array(MODES)[modes[course._step_of(motion.t)]]
     mu = number(model, course.values, contact.friction, "a coefficient of friction")
     pressure = forces[:, 0] + number(model, course.values, contact.adhesion, "an adhesion")
-    margin = mu * pressure - np.linalg.norm(forces[:, 1:], axis=1)
+    across = 1.0
+    if contact.friction_across is not None:
+        across = number(model, course.values, contact.stretch, "a ratio of friction")
+    margin = friction_margin(mu, pressure, forces[:, 1:].T, across, np.sqrt)
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
         np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,

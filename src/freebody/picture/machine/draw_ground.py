@@ -81,7 +81,7 @@ def surfaces(m: MachineDrawing) -> None:
             start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
             _edge(m, start, end, m.view(fixed(m, shape.normal)))
         elif look in ROUND and m.view.planar:
-            _wall_round(m, shape)
+            (_tin if _seen_along(m, shape) else _wall_round)(m, shape)
         elif look == "profile" and m.view.planar and not m.view(np.eye(3)[2]).any():
             _profile(m, shape)
         elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
@@ -153,6 +153,26 @@ def heights(state: State, shape: Any, at: Array, reach: tuple[float, float]) -> 
     x = np.linspace(start, end, 81)
     y = [float(state.with_values(shape.height, {shape.variable: value})) for value in x.tolist()]
     return np.asarray(at + np.column_stack([x, y, np.zeros(len(x))]))
+
+
+def _seen_along(m: MachineDrawing, shape: Any) -> bool:
+    """Return True for a tin whose axis lies in the plane of the drawing."""
+    return hasattr(shape, "length") and abs(float(np.linalg.norm(m.view(fixed(m, shape.axis)))) - 1) < 1e-9
+
+
+def _tin(m: MachineDrawing, shape: Any) -> None:
+    """Draw a tin along its axis: two lines of its wall, and its ends."""
+    at, axis = (m.view(fixed(m, x)) for x in (shape.at, shape.axis))
+    r, half = (float(m.now.state(x)) for x in (shape.radius, shape.length / 2))
+    across = np.array([-axis[1], axis[0]])
+    corner = {
+        (i, j): m.page(fixed(m, shape.at)) + m.scale * (i * half * axis + j * r * across)
+        for i in (-1, 1)
+        for j in (-1, 1)
+    }
+    for j in (-1, 1):
+        _edge(m, corner[-1, j], corner[1, j], -j * across)
+        _edge(m, corner[j, -1], corner[j, 1], -j * axis)
 
 
 def _wall_round(m: MachineDrawing, shape: Any) -> None:

@@ -22,7 +22,10 @@ MOST_MODES = 2000
 def surface_parts(
     state: State, shape: Any, reach: tuple[float, float], size: float
 ) -> list[Primitive | dict[str, Any]]:
-    """Parts of a surface of the ground that is no plane: a side, a round wall, or heights over the range ``reach``."""
+    """Parts of a surface of the ground that is no plane: a side, a round wall, or heights over the range ``reach``.
+
+    Of a tin there are the edges of its ends, between which one sees what is in it.
+    """
     look, thin = shape.look, 0.6 * ROD * size
     if look == "side":
         start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
@@ -36,11 +39,14 @@ def surface_parts(
     r = float(state(shape.radius))
     if look == "ball":
         return [] if shape.inside else [{"kind": "ellipsoid", "radii": [r] * 3, "at": at.tolist()}]
-    turn = quaternions(axes_along(np.array([float(state(x)) for x in shape.axis]))[None])[0].tolist()
-    h = 2 * thin if look == "disk" else 0.3 * size
+    axis = np.array([float(state(x)) for x in shape.axis])
+    turn = quaternions(axes_along(axis)[None])[0].tolist()
+    half = float(state(getattr(shape, "length", 0))) / 2
+    h = 2 * thin if look == "disk" or half else 0.3 * size
     wide = r + (thin if shape.inside else -thin)
     profile = [[r, -h], [wide, -h], [wide, h], [r, h], [r, -h]]
-    return [{"kind": "lathe", "profile": profile, "at": at.tolist(), "turn": turn}]
+    middles = [at - half * axis, at + half * axis] if half else [at]
+    return [{"kind": "lathe", "profile": profile, "at": x.tolist(), "turn": turn} for x in middles]
 
 
 def distinct(planes: list[dict[str, Any]], size: float) -> list[dict[str, Any]]:

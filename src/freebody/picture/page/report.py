@@ -337,8 +337,11 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
                 family.name,
                 text_of_members(family),
                 _friction(model, state, one),
-                _coefficient(model, state, one.restitution)
-                + _adhesion(state, one)
+                (
+                    f"N = {_law(model, one.normal_force)}"
+                    if one.compliant
+                    else _coefficient(model, state, one.restitution) + _adhesion(state, one)
+                )
                 + "".join(f", {x.law.about} {float(state(x.friction)):.6g} m" for x in resisting),
             )
             for family in model.families

@@ -452,3 +452,13 @@ def test_the_same_angle_about_the_same_point_is_drawn_once() -> None:
     names = [name.strip("$") for name in texts(as_drawn("yo-yo")[1])]
     assert names.count(r"\phi") == names.count(r"\theta") == 1, names
     assert names.count(r"R \phi") == 2  # lengths at two places
+
+
+def test_a_tin_is_drawn_along_its_axis_and_across():
+    """Two lines of its wall and two ends, or a circle."""
+    for axis, count in (("x", 4), ("z", 1)):
+        s = fb.System("tin")
+        body = s.body("b", fb.box(1, (0.1, 0.1, 0.1)))
+        s.planar("f", s.ground, body, coordinate="x y turn")
+        s.contact("t", body.corners(size=(0.1, 0.1)), s.ground.drum(0.2, 0.6, axis=axis, inside=True))
+        assert draw(s).svg.count('class="plane"') == count

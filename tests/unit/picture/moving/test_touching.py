@@ -54,3 +54,13 @@ def test_planes_are_drawn_once():
         {**floor, "normal": [0, 0.6, 0.8]},
     )
     assert distinct([floor, same, above, tilted], 1.0) == [floor, above, tilted]
+
+
+def test_a_tin_is_shown_by_the_edges_of_its_ends(state):
+    s = fb.System("tin")
+    wall = s.ground.drum(0.5, 2, axis="x", at=(1, 2, 3), inside=True).members[0]
+    parts = surface_parts(state, wall, (-1.0, 1.0), 1.0)
+    assert [part["at"] for part in parts] == [[0, 2, 3], [2, 2, 3]]
+    for part in parts:
+        radii, heights = zip(*part["profile"], strict=True)
+        assert min(radii) == 0.5 and max(radii) > 0.5 and max(heights) < 0.1

@@ -13,21 +13,24 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from ..ending import End
-from ..events import event_run
-from ..legs.blow import located
-from ..legs.blow_slopes import Struck, after_blow, event_along
-from ..legs.driven_slopes import DifferentiatedDrives
-from ..legs.sensitivity import slopes_of
-from ..legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
-from ..legs.variation import Unknown, Variation
-from ..ode.dense_output import Array, Path, Rates
-from ..ode.integration import Integration
-from ..request import Problem
-from ..trajectory.phases import Phases, Segment
-from ..trajectory.progress import Progress
-from .history import Entry, History
-from .impact_slopes import Impact, after_impact, bounces_taken
+from ....errors import NoDerivativesError
+from ...ending import End
+from ...events import event_run
+from ...legs.blow import located
+from ...legs.blow_slopes import Struck, event_along
+from ...legs.driven_slopes import DifferentiatedDrives
+from ...legs.sensitivity import slopes_of
+from ...legs.switch_slopes import SwitchingLaws, check_others, refuse_jumps, switching_laws
+from ...legs.variation import Unknown, Variation
+from ...ode.dense_output import Array, Path, Rates
+from ...ode.integration import Integration
+from ...request import Problem
+from ...trajectory.phases import Phases, Segment
+from ...trajectory.progress import Progress
+from ..history import Entry, History
+from .impact_slopes import Impact, bounces_taken
+from .impact_stages import after_blow_in_joints, after_impact, one_by_one
+from .moments import Moment, moments, notes_of
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -37,10 +40,12 @@ TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
-
-
 NONE = 1e-9
 """Relative size of a function, or of its rate, that is none."""
+OTHER_FEATURES = (
+    "solids touch at other corners, edges or faces from there on, which changes their forces at a time that moves with "
+    "the unknowns"
+)
 JUMPS = event_run.IMPACT, event_run.TOLD, event_run.OTHER_VALUES
 """Entries of the log after which rates may jump."""
 
@@ -64,29 +69,6 @@ class Followed:
     path: Phases
     happened: tuple[Happened, ...]
     shifts: tuple[tuple[float, float, Array], ...]
-
-
-class Moment(NamedTuple):
-    """What the log has between two phases: entries, and the straight steps with the time that they take."""
-
-    entries: list[Entry]
-    straight: list[int]
-
-
-def moments(history: History) -> tuple[list[int], list[Moment]]:
-    """Return the numbers of the phases that are not straight steps, and the moments before each of them."""
-    phases, result, number = [], [Moment([], [])], 0
-    for entry in map(Entry._make, history.entries()):
-        if entry.kind == event_run.PHASE:
-            if entry.marks[7] == event_run.STRAIGHT:
-                result[-1].straight.append(number)
-            else:
-                phases.append(number)
-                result.append(Moment([], []))
-            number += 1
-        elif entry.kind != event_run.CROSSING:
-            result[-1].entries.append(entry)
-    return phases, result
 
 
 def follow(slopes: Slopes, history: History, problem: Problem, first: Array, between: Progress) -> Followed:
@@ -183,7 +165,7 @@ class _Following:
         straight = [self.history.path.segments[k] for k in moment.straight]
         check_modes(self.slopes, phase, t, len(straight))
         events, tau = self.times(last, moment, r, shifts, t)
-        before = np.zeros(self.moved)
+        before, drives = np.zeros(self.moved), self.drives is not None
         if last is not None:
             self.shifts.append((last.path.end, t, tau))
             before = self.slopes.velocity(last.kernels, last.path.end, last.path.states[-1])
@@ -191,13 +173,15 @@ class _Following:
         for entry in moment.entries:
             if entry.kind == event_run.IMPACT:
                 hits.append(self.impact(entry))
-                sigma = after_impact(self.slopes, hits[-1], sigma, tau)
+                sequential = self.problem.request.impacts == "sequential"
+                for hit in one_by_one(self.slopes, hits[-1], sigma) if sequential else hits[-1:]:
+                    sigma = after_impact(self.slopes, hit, sigma, tau)
             elif entry.kind == event_run.TOLD:
-                sigma = after_blow(self.slopes, self.struck(entry), sigma, tau)
+                sigma = after_blow_in_joints(self.slopes, self.struck(entry), sigma, tau)
                 hits.clear()  # bounces before it have not ended
             elif entry.kind == event_run.OTHER_VALUES:
                 self.slopes = self.changed(entry, sigma, tau)
-            jumps |= entry.kind in JUMPS
+            jumps |= entry.kind in JUMPS and (drives or entry.kind != event_run.OTHER_VALUES)
         slopes = self.slopes
         if straight:
             length = t - straight[0].path.start
@@ -208,13 +192,19 @@ class _Following:
         stopped = [
             k for k, why in events.items() if why == event_run.SLIP_STOPPED and self.scene.tangents[k] == 2
         ]
-        sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
+        features = not (drives or hits) and any(x.kind == event_run.OTHER_VALUES for x in moment.entries)
+        try:
+            sigma = kept(slopes, After(phase, t, y, stopped, self.alike), sigma, tau)
+        except NoDerivativesError:
+            if features:
+                raise refused(slopes, t, OTHER_FEATURES) from None
+            raise
         if not straight:
             check_ties(slopes, phase, t, y, list(events))
         after = slopes.velocity(phase, t, y)
         jump = np.abs(after - before).max(initial=0.0)
         if last is not None and not jumps and jump > ALIKE * (1 + np.abs(before).max(initial=0.0)):
-            raise refused(slopes, t, "the forces of contacts jump there")
+            raise refused(slopes, t, OTHER_FEATURES if features else "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
 
@@ -229,7 +219,7 @@ class _Following:
         if last is None:
             self.check_start(list(events), r, t)
         else:
-            times = self.slopes_of_times(last, events, r, shifts)
+            times = self.slopes_of_times(last, events, r, shifts, self.landing(moment, sigma=r, tau=tau))
             names = [f"contact '{slopes.model.contacts[k].name}'" for k in events]
             found = [*zip(names, times, strict=True), *others]
         if found:
@@ -292,10 +282,12 @@ class _Following:
         return dict(zip((p.name for p in self.slopes.model.parameters), parameters.tolist(), strict=True))
 
     def changed(self, entry: Entry, sigma: Array, tau: Array) -> Slopes:
-        """Return the derivatives with the values that a signal or controller has set."""
+        """Return the derivatives with the values that a signal, a controller or a patch of solids has set."""
         slopes, number = self.slopes, entry.marks[0]
-        (t, y), parameters = self.history.work.changed_at[number], self.history.work.changes[number][1]
-        assert self.drives is not None
+        parameters = self.history.work.changes[number][1]
+        if self.drives is None:  # the features of patches
+            return Slopes(slopes.kernels, slopes.unknowns, parameters, slopes.seeds)
+        t, y = self.history.work.changed_at[number]
         self.drives.follow(t, y[: self.moved], sigma, tau, self.values(parameters))
         return Slopes(slopes.kernels, slopes.unknowns, parameters, self.drives.along(slopes.symbols))
 
@@ -317,7 +309,7 @@ class _Following:
                         others.add(k)
                     at += 3 + self.scene.tangents[k]
             elif entry.kind == event_run.NOTE:
-                for k, before, _, why in _notes(entry, len(self.scene.first)):
+                for k, before, _, why in notes_of(entry, len(self.scene.first)):
                     if self.ends_itself(k, before, why, last, was_open[k]):
                         result.setdefault(k, why)
             elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
@@ -340,15 +332,25 @@ class _Following:
         has_end = self.scene.candidates.pattern.contacts[k].reaches > 0
         return before >= 0 and why in TRIGGERS and (why not in ENDS_OF_SIDES or has_end)
 
-    def slopes_of_times(self, last: Segment, events: dict[int, int], r: Array, shifts: Array) -> list[Array]:
-        """Return the derivatives of the times of events."""
-        slopes, phase, t, y = self.slopes, last.kernels, last.path.end, last.path.states[-1]
-        if not events:
-            return []
-        onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-        ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
-        result = []
+    def landing(self, moment: Moment, sigma: Array, tau: Array) -> Slopes:
+        """Return the derivatives with the features of patches that collide in a moment."""
+        slopes = self.slopes
+        for entry in moment.entries if self.drives is None else ():
+            if entry.kind == event_run.IMPACT:
+                break
+            if entry.kind == event_run.OTHER_VALUES:
+                slopes = self.changed(entry, sigma, tau)
+        return slopes
+
+    def slopes_of_times(
+        self, last: Segment, events: dict[int, int], r: Array, shifts: Array, landing: Slopes
+    ) -> list[Array]:
+        """Return the derivatives of the times of events; those of gaps that close have the features of ``landing``."""
+        phase, t, y, result = last.kernels, last.path.end, last.path.states[-1], []
         for k, why in events.items():
+            slopes = landing if why == event_run.GAP_CLOSED else self.slopes
+            onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
+            ways = [slopes.along(phase, t, y, *one) for one in zip(r, shifts, slopes.seeds, strict=True)]
             rate = event_slope(slopes, phase, t, y, k, why, onwards)
             if np.isnan(rate):
                 name = slopes.model.contacts[k].name
@@ -387,9 +389,3 @@ class _Following:
             at += 2 + size
         before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
         return Impact(t, before, after, chosen, impulses, part, still)
-
-
-def _notes(entry: Entry, contacts: int) -> list[list[int]]:
-    """Return contact, mode before and after, and reason of each change of an entry."""
-    marks = entry.marks[2 + contacts :]
-    return [marks[i : i + 4] for i in range(0, len(marks), 4)]

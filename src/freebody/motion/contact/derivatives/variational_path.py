@@ -16,14 +16,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..ending import FAILED, End
-from ..kernels import switches
-from ..legs.switch_slopes import SwitchingLaws, least_rate, passed
-from ..ode.dense_output import Array, Path, Rates, observe
-from ..ode.integration import Integration
-from ..phase.scene import Phase
-from ..trajectory.phases import Segment
-from .course import Leap
+from ...ending import FAILED, End
+from ...kernels import switches
+from ...legs.switch_slopes import SwitchingLaws, least_rate, passed
+from ...ode.dense_output import Array, Path, Rates, observe
+from ...ode.integration import Integration
+from ...phase.scene import Phase
+from ...trajectory.phases import Segment
+from ..course import Leap
 from .slopes import Slopes, refused
 
 SLOW = 1e-3

@@ -9,19 +9,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import NoDerivativesError
-from ...native import loop
-from ..kernels.kernels import Kernels
-from ..legs.driven_slopes import inputs_of
-from ..legs.variation import Unknown
-from ..ode.dense_output import Array, Rates, outputs_at
-from ..phase.candidate_slopes import candidate_slopes
-from ..phase.scene import Phase, Scene, scene_of
-from ..phase.slopes_record import PhaseSlopes, phase_slopes
-from ..phase.snapshot import Snapshot
-from ..trajectory.outputs import OfContact
+from ....errors import NoDerivativesError
+from ....native import loop
+from ...kernels.kernels import Kernels
+from ...legs.driven_slopes import inputs_of
+from ...legs.variation import Unknown
+from ...ode.dense_output import Array, Rates, outputs_at
+from ...phase.candidate_slopes import candidate_slopes
+from ...phase.scene import Phase, Scene, scene_of
+from ...phase.slopes_record import PhaseSlopes, phase_slopes
+from ...phase.snapshot import Snapshot
+from ...trajectory.outputs import OfContact
 
-_MODULE = "motion.phase.phase_slopes"
+_MODULES = "motion.phase.phase_slopes", "motion.phase.projection"
 _FUNCTIONS = ("varied", "slopes", "corrected_state")
 CURE = (
     "Ask for the derivatives of a motion that ends before, by unknowns that do not change this event, or take "
@@ -99,7 +99,7 @@ class Slopes:
         projection = slopes_code("corrected_state").address if phase.active else 0
         return Rates(
             slopes_code("varied").address, self.size, it.memory, self.model.quaternions, keep,
-            projection=projection, projected=self.moved if projection else 0, recipe=(self.rates, phase, shifts),
+            projection=projection, projected=self.size if projection else 0, recipe=(self.rates, phase, shifts),
         )  # fmt: skip
 
     def velocity(self, phase: Phase, t: float, y: Array) -> Array:
@@ -209,11 +209,11 @@ def slopes_code(name: str) -> loop.Function:
     """Return a compiled function of `phase_slopes`."""
 
     def named() -> dict[str, Any]:
-        from ..phase import phase_slopes
+        from ...phase import phase_slopes, projection
 
-        return vars(phase_slopes)
+        return vars(projection) | vars(phase_slopes)
 
-    return loop.made(_MODULE, (_MODULE,), _FUNCTIONS, named, passes="few").functions[name]
+    return loop.made(_MODULES[0], _MODULES, _FUNCTIONS, named, passes="few").functions[name]
 
 
 def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:

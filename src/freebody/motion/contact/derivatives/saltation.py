@@ -21,12 +21,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..events import event_run
-from ..events.event_run import STILL
-from ..ode.dense_output import Array, observe
-from ..phase.laws import CLOSED
-from ..phase.scene import LIMIT, Phase
-from ..trajectory.phases import Segment
+from ...events import event_run
+from ...events.event_run import STILL
+from ...ode.dense_output import Array, observe
+from ...phase.laws import CLOSED
+from ...phase.scene import LIMIT, Phase
+from ...trajectory.phases import Segment
 from .slopes import Slopes, refused
 
 # -- times -------------------------------------------------------------------------------------------------

@@ -22,12 +22,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..cones.collision import compiled_code
-from ..cones.contacts import contacts_room
-from ..legs.loaded_slopes import Load, load_of_impact
-from ..ode.dense_output import Array
-from ..phase.scene import Phase
-from ..phase.snapshot import Snapshot
+from ...legs.loaded_slopes import Load, load_of_impact
+from ...ode.dense_output import Array
+from ...phase.scene import Phase
+from ...phase.snapshot import Snapshot
 from .slopes import Slopes, refused
 
 NONE = 1e-9
@@ -44,6 +42,7 @@ class Impact(NamedTuple):
     ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
     ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
     ``origin``      its laws are those of another state, that before the compression, with its derivatives
+    ``blown``       impulses of a blow at the bearings of joints, whose friction it is, and their derivatives
     """
 
     t: float
@@ -56,6 +55,7 @@ class Impact(NamedTuple):
     taken: bool = False
     compressed: Any = None
     origin: Any = None
+    blown: Any = None
 
 
 class Law(NamedTuple):
@@ -90,66 +90,9 @@ class Law(NamedTuple):
         return self.tangents if self.normal is None else [self.normal, *self.tangents]
 
 
-def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array:
-    """Return the derivatives after an impact, by Newton's law or by Poisson's.
-
-    Raises
-    ------
-    NoDerivativesError
-        A law that holds with equality, or contacts that would not collide together.
-    """
-    seen, contacts = slopes.look(hit.t, hit.before), slopes.model.contacts
-    for k in hit.chosen:
-        if contacts[k].loaded and slopes.scene.candidates.own > 0:
-            what = f"the load of a joint in a loop bounds the friction '{contacts[k].name}' in an impact"
-            raise refused(slopes, hit.t, what)
-    approaching = [k for k in hit.chosen if seen.rate[slopes.scene.first[k]] < -hit.still]
-    poisson = any(contacts[k].impact == "poisson" for k in approaching)
-    if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
-        return impact_slope(slopes, hit, sigma, tau)[0]
-    for k in hit.chosen:
-        if contacts[k].loaded:
-            what = (
-                f"the load of a joint bounds the friction '{contacts[k].name}' in an impact by Poisson's law"
-            )
-            raise refused(slopes, hit.t, what)
-    given, middle = compression(slopes, hit, seen), hit.before.copy()
-    middle[slopes.model.n_q : slopes.moved] += given @ seen.responses
-    first = hit._replace(after=middle, impulses=given, part=0.0)
-    between, of_impulses = impact_slope(slopes, first, sigma, tau)
-    second = hit._replace(
-        before=middle,
-        impulses=hit.impulses - given,
-        compressed=(given, of_impulses),
-        origin=(hit.before, sigma),
-    )
-    return impact_slope(slopes, second, between, tau)[0]
-
-
-def compression(slopes: Slopes, hit: Impact, seen: Snapshot) -> Array:
-    """Return the impulses of all rows in the compression of an impact by Poisson's law."""
-    scene, count = slopes.scene, len(hit.chosen)
-    rows = [r for k in hit.chosen for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
-    it, at = contacts_room(count, len(rows)), 0
-    it.contacts, it.rows, it.equalities, it.poisson, it.still = count, len(rows), 0, 0, hit.still
-    for i, k in enumerate(hit.chosen):
-        it.at[i], it.tangents[i], it.presser[i] = at, scene.tangents[k], -1
-        if scene.presser[k] >= 0:
-            it.presser[i] = hit.chosen.index(scene.presser[k])
-        it.friction[i] = it.static[i] = seen.friction[k]
-        it.least[i] = it.held[i] = it.slides[i] = it.restitution[i] = 0
-        at += 1 + scene.tangents[k]
-    A = seen.between(rows)
-    it.A[: A.size], it.given[: len(rows)] = A.ravel(), seen.rate[rows]
-    compiled_code()["collided"](it)
-    result = np.zeros(scene.rows)
-    result[rows] = it.forces[: len(rows)]
-    return result
-
-
 def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple[Array, Array]:
     """Return the derivatives after one stage of an impact, and those of the impulses of all rows."""
-    laws, n_q, n = _laws(slopes, hit), slopes.model.n_q, slopes.model.n_u
+    laws, n_q, n = laws_of_impact(slopes, hit), slopes.model.n_q, slopes.model.n_u
     rows = [r for law in laws for r in law.rows]
     W, (M, G) = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
     A = _equations(laws, rows, W, M, G)
@@ -236,7 +179,7 @@ def _right(slopes: Slopes, hit: Impact, laws: list[Law], own: Any, s: Array, tau
     return np.concatenate([*result, -speeds])
 
 
-def _laws(slopes: Slopes, hit: Impact) -> list[Law]:
+def laws_of_impact(slopes: Slopes, hit: Impact) -> list[Law]:
     """Return the laws of the contacts that press."""
     before, after = slopes.look(hit.t, hit.before), slopes.look(hit.t, hit.after)
     largest, result = np.abs(hit.impulses).max(initial=0), []
@@ -349,9 +292,15 @@ def _impulses_between(slopes: Slopes, hit: Impact, after: Array, closed: Sequenc
     """Return the least impulses of the closed contacts that change the speeds after an impact to others."""
     scene, n_q = slopes.scene, slopes.model.n_q
     seen = slopes.look(hit.t, hit.after)
-    rows = [r for k in closed for r in range(scene.first[k], scene.first[k] + 1 + scene.tangents[k])]
+    rows = rows_of(slopes, closed)
     M, G = slopes.mass(hit.t, hit.after)
     change, pushed = M @ (after - hit.after)[n_q : slopes.moved], np.vstack([seen.matrix[rows], G])
     result = np.zeros(scene.rows)
     result[rows] = np.linalg.lstsq(pushed.T, change, rcond=1e-11)[0][: len(rows)]
     return result
+
+
+def rows_of(slopes: Slopes, chosen: Sequence[int]) -> list[int]:
+    """Return the rows of some contacts."""
+    first, tangents = slopes.scene.first, slopes.scene.tangents
+    return [r for k in chosen for r in range(first[k], first[k] + 1 + tangents[k])]

@@ -1,0 +1,1 @@
+"""Derivatives of motions with contacts: variational equations, events, impacts."""
