@@ -124,7 +124,7 @@ def lasting(run: Run, a: int) -> int:
     It opens if it rebounds, or presses by no more than the residual of the problem.
     """
     contacts, problem = run.contacts, run.problem
-    if not problem.scale[a] * problem.x[a] > 100.0 * run.tolerance * problem.reference:
+    if not problem.scale[a] * problem.x[a] > 100.0 * greater(run.tolerance, problem.residual) * problem.reference:
         return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
         return OPENS
