@@ -32,7 +32,7 @@ SLOW, IDLE = 0.2, 6
 """Ratio of two residuals above which the compliance falls, and rounds without progress that end the search."""
 FEW = 12
 """Newton steps of a round; a greater compliance takes fewer."""
-WARM, COLD = 12, 100
+WARM, COLD = 20, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
 INSIDE = 0.1

@@ -20,7 +20,8 @@ what is close to the goal."""
 def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
 
-    A residual of ``enough`` is taken where two turns have not ended. ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
+    A residual of ``enough`` is taken where two turns have not ended. ``near``: 1 where Newton's method or the dual one
+    needs no sweeps before it.
     """
     problem, most = run.problem, FEW
     if near == 1 and settle(problem, islands, goal, enough, SMALL_FIRST) <= goal:

@@ -207,8 +207,8 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
         run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
         if impulses(run, islands, goal, run.enough, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
             return CONTACTS
-        if problem.residual > goal:  # so are the other problems of the step
-            least = goal = run.enough
+        least = run.enough if problem.residual > goal else least  # of the other problems of the step, too
+        goal = greater(goal, least)
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
             if passes > PASSES:

@@ -23,7 +23,7 @@ from ..families.narrow_phase import (
     seek,
     stays,
 )
-from .curvature import after, lasting, turned
+from .curvature import after, lasting, negligible, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
@@ -304,7 +304,7 @@ def sticking(run: Run, a: int) -> int:
 def slip(run: Run, a: int) -> int:
     """Return the mode of a pressed contact whose tangents begin at row ``a``."""
     problem = run.problem
-    still, v = 100.0 * greater(run.tolerance, problem.residual) * problem.reference, problem.r[a]
+    still, v = negligible(run), problem.r[a]
     if problem.kinds[a] == LINE:
         return FORWARDS if v > still else (BACKWARDS if v < -still else STICK)
     w = problem.r[a + 1]
