@@ -110,6 +110,7 @@ def optimised_code(
     machine = _machine(0 if passes == "none" else OPTIMISATION, name=name)
     module = _parsed(text, name)
     options = llvm.create_pipeline_tuning_options(speed_level=0 if passes == "none" else 1)
+    options.slp_vectorization = passes == "hot"
     if wide:
         options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
     builder = llvm.create_pass_builder(machine, options)

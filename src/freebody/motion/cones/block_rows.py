@@ -31,7 +31,7 @@ def block_product(w: Reals, x: Reals, n: int) -> float:
     """Return w · x over the speeds of a block."""
     total = 0.0
     if n == BODY:
-        total = (w[0] * x[0] + w[1] * x[1]) + (w[2] * x[2] + w[3] * x[3]) + (w[4] * x[4] + w[5] * x[5])
+        total = (w[0] * x[0] + w[2] * x[2] + w[4] * x[4]) + (w[1] * x[1] + w[3] * x[3] + w[5] * x[5])
     else:
         for i in range(n):
             total += w[i] * x[i]
@@ -42,8 +42,8 @@ def block_product(w: Reals, x: Reals, n: int) -> float:
 def block_add(y: Reals, x: float, c: Reals, n: int) -> None:
     """Add x c to y over the speeds of a block."""
     if n == BODY:
-        y[0], y[1], y[2] = y[0] + x * c[0], y[1] + x * c[1], y[2] + x * c[2]
-        y[3], y[4], y[5] = y[3] + x * c[3], y[4] + x * c[4], y[5] + x * c[5]
+        y[0], y[1], y[2], y[3] = y[0] + x * c[0], y[1] + x * c[1], y[2] + x * c[2], y[3] + x * c[3]
+        y[4], y[5] = y[4] + x * c[4], y[5] + x * c[5]
     else:
         for i in range(n):
             y[i] += x * c[i]
@@ -55,8 +55,12 @@ def block_add_three(y: Reals, x: Reals, at: int, c: Reals, step: int, n: int) ->
     p, q, r = x[at], x[at + step], x[at + 2 * step]
     d, e = c[step:], c[2 * step :]
     if n == BODY:
-        y[0], y[1] = y[0] + p * c[0] + q * d[0] + r * e[0], y[1] + p * c[1] + q * d[1] + r * e[1]
-        y[2], y[3] = y[2] + p * c[2] + q * d[2] + r * e[2], y[3] + p * c[3] + q * d[3] + r * e[3]
+        y[0], y[1], y[2], y[3] = (
+            y[0] + p * c[0] + q * d[0] + r * e[0],
+            y[1] + p * c[1] + q * d[1] + r * e[1],
+            y[2] + p * c[2] + q * d[2] + r * e[2],
+            y[3] + p * c[3] + q * d[3] + r * e[3],
+        )
         y[4], y[5] = y[4] + p * c[4] + q * d[4] + r * e[4], y[5] + p * c[5] + q * d[5] + r * e[5]
     else:
         for i in range(n):

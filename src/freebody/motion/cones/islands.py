@@ -32,7 +32,7 @@ SLOW, IDLE = 0.2, 6
 """Ratio of two residuals above which the compliance falls, and rounds without progress that end the search."""
 FEW = 12
 """Newton steps of a round; a greater compliance takes fewer."""
-WARM, COLD = 12, 100
+WARM, COLD = 20, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
 INSIDE = 0.1
@@ -73,11 +73,11 @@ class Islands(Record):
 
 
 @compiled
-def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) -> float:
+def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float, turn: int) -> float:
     """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
-    longer. x that is not finite has no residual.
+    longer. Islands that are within ``enough`` get no rounds of proximal points. x that is not finite has no residual.
     """
     blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
     if turn == SMALL_FIRST:
@@ -94,7 +94,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, turn: int) ->
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
         if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
             solved = at_once(problem, islands, b, goal, turn)
-            if solved == 0 and turn > 0:
+            if solved == 0 and turn > 0 and islands.worst[b] > enough * problem.reference:
                 improve(problem, islands, b, goal)
     project_all(problem, problem.x, problem.x)
     add_all(problem)

@@ -227,7 +227,7 @@ def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: i
             problem.reference = greater(problem.reference, abs(problem.b[a]))
         problem.low[a] -= borne[a]
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal, crowded) == 0 and not problem.residual <= INEXACT:
+    if impulses(run, islands, goal, 0.0, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
     found.count = 0

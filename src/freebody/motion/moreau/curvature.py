@@ -117,6 +117,12 @@ def after(run: Run, a: int) -> float:
     return run.problem.r[a] - returned(run.contacts, a)
 
 
+@inlined
+def negligible(run: Run) -> float:
+    """Return the rate up to which the residual of the problem leaves open whether it is zero."""
+    return 100.0 * greater(run.tolerance, run.problem.residual) * run.problem.reference
+
+
 @compiled
 def lasting(run: Run, a: int) -> int:
     """Return how long the contact of a normal row that presses has stayed closed.
@@ -124,7 +130,7 @@ def lasting(run: Run, a: int) -> int:
     It opens if it rebounds, or presses by no more than the residual of the problem.
     """
     contacts, problem = run.contacts, run.problem
-    if not problem.scale[a] * problem.x[a] > 100.0 * run.tolerance * problem.reference:
+    if not problem.scale[a] * problem.x[a] > negligible(run):
         return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
         return OPENS

@@ -11,18 +11,20 @@ from .stepping_record import Run
 
 FEW, MORE = 16, 40
 """Sweeps before the first and the second turn of Newton's method."""
-TURNS, ANEW = 8, 4
-"""Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
+TURNS, ANEW, PATIENT = 8, 4, 1
+"""Turns of sweeps and Newton's method, the one that forgets the impulses of the last step, and the first one that takes
+what is close to the goal."""
 
 
 @compiled
-def impulses(run: Run, islands: Islands, goal: float, near: int) -> int:
+def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
 
-    ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
+    A residual of ``enough`` is taken where two turns have not ended. ``near``: 1 where Newton's method or the dual one
+    needs no sweeps before it.
     """
     problem, most = run.problem, FEW
-    if near == 1 and settle(problem, islands, goal, SMALL_FIRST) <= goal:
+    if near == 1 and settle(problem, islands, goal, enough, SMALL_FIRST) <= goal:
         return 1
     for turn in range(TURNS):
         if turn == ANEW:
@@ -35,7 +37,11 @@ def impulses(run: Run, islands: Islands, goal: float, near: int) -> int:
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
         run.sweeping.ended = 1 if sweeps >= 0 else 0
-        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal, turn) <= goal):
+        if sweeps >= 0 or (
+            math.isfinite(problem.residual) and settle(problem, islands, goal, enough, turn) <= goal
+        ):
+            return 1
+        if turn >= PATIENT and problem.residual <= enough:
             return 1
         if problem.stop != 0 or not math.isfinite(problem.residual):
             return 0

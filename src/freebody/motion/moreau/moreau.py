@@ -45,7 +45,7 @@ from ..cones.contacts import EXACT
 from ..cones.islands import Islands, connect, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
-from .correction import correct
+from .correction import DEEP, correct
 from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import answer_block, meet
 from .free_joints import add_turning, fix, release
@@ -197,15 +197,19 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
-    size, best, idle, r, trials, passes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    size, best, idle, r, trials, passes, least = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    goal = least
     loads.changes = 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
-        if impulses(run, islands, goal, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
+        run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
+        if impulses(run, islands, goal, run.enough, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
             return CONTACTS
+        least = run.enough if problem.residual > goal else least  # of the other problems of the step, too
+        goal = greater(goal, least)
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
             if passes > PASSES:
@@ -228,15 +232,15 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
         if trials == 1:
             loads.first_error = lesser(size, 0.01)
         if size <= BALANCED or (size <= ROUNDED and idle >= IDLE):
-            if goal <= run.tolerance:
+            if goal <= least:
                 break
-            goal = run.tolerance
+            goal = least
             continue
         if trials > MEANS:
             return LOADS
         r = change_loads(run, r, trials)
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
-        goal = lesser(goal, greater(run.tolerance, 0.1 * size))
+        goal = lesser(goal, greater(least, 0.1 * size))
     return NONE
 
 

@@ -12,7 +12,7 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.family_record import ENTRY, POINTS, RESISTED, Pairs
 from ..families.narrow_phase import P, Q, T, find, nearer, place_in_past, seek, stays
 from ..families.pair_rows import axis, rate, row_rate, rows, stretch_of
-from .curvature import after, lasting, turned
+from .curvature import after, lasting, negligible, turned
 from .stepping_record import BACKWARDS, BEGINS, FORWARDS, LANDED, OPENS, SLIP, STAYED, STICK, Run
 
 
@@ -330,7 +330,7 @@ def sticking(run: Run, a: int) -> int:
 def slip(run: Run, a: int) -> int:
     """Return the mode of a pressed contact whose tangents begin at row ``a``."""
     problem = run.problem
-    still, v = 100.0 * run.tolerance * problem.reference, problem.r[a]
+    still, v = negligible(run), problem.r[a]
     if problem.kinds[a] == LINE:
         return FORWARDS if v > still else (BACKWARDS if v < -still else STICK)
     w = problem.r[a + 1]

@@ -200,7 +200,8 @@ class Run(Record):
     """A run in steps of length h from the state y at t.
 
     ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
-    ``tolerance``, ``most_sweeps``    of the contact problem of a step
+    ``tolerance``, ``most_sweeps``    of the contact problem of a step;  ``accepted``, ``most_accepted``: limits of
+                           ``enough``, the residual with which it is taken where its search would be long
     ``states``, ``impulses``, ``works``, ``moved``, ``modes``    a row for each step: state at its end; impulses of
                            contacts and constraints; work of contacts and blows, of loads and constraints; change of the
                            state by the correction at its end; mode of each contact
@@ -227,6 +228,9 @@ class Run(Record):
     t: Real
     h: Real
     tolerance: Real
+    accepted: Real
+    most_accepted: Real
+    enough: Real
     most_sweeps: Whole
     steps: Whole
     done: Whole

@@ -11,7 +11,6 @@ from ...model import Model
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..kernels.kernels import Kernels
-from ..moreau.correction import DEEP
 from ..moreau.stepping_record import CONSTRAINTS, CONTACTS, JAMMED, LOADS, MASS, OVERLAP, Run
 from ..ode.dense_output import Array
 from ..start.initial import number
@@ -25,13 +24,12 @@ MOST_ACCEPTED = 1e-8
 """Limit on the residual with which a step is taken: the root of the round-off, at which a double zero ends."""
 
 
-def accepted(run: Run) -> float:
-    """Return the residual with which a problem of velocities is taken whose search ends before.
+def accept(run: Run) -> None:
+    """Set the limits of the residual with which a problem of velocities is taken whose search would be long.
 
     A contact closes by residual · v · h in the step: by no more than the correction leaves, 1e-10 m.
     """
-    travel = run.problem.reference * run.h
-    return float(max(ACCEPTED, min(DEEP / travel, MOST_ACCEPTED))) if travel > 0.0 else ACCEPTED
+    run.accepted, run.most_accepted = ACCEPTED, MOST_ACCEPTED
 
 
 def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Array) -> str:
@@ -41,7 +39,7 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         return (
             f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} sweeps "
             f"and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
-            f"{accepted(run):.2g}). Where friction jams a contact (Painlevé) or restitution works against it, there "
+            f"{run.enough:.2g}). Where friction jams a contact (Painlevé) or restitution works against it, there "
             "may be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that "
             "differ less: they need fewer sweeps."
         )

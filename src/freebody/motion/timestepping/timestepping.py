@@ -38,7 +38,7 @@ from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import MOST_SWEEPS, accepted, check_laws, failure
+from .failure import MOST_SWEEPS, accept, check_laws, failure
 from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of
 from .pair_motion import PairLog, width_of
@@ -299,14 +299,14 @@ class _Run:
         return float(self.begin + (self.reached + self.memory.done) * self.h)
 
     def _steps(self, size: int, aside: bool, between: Progress) -> None:
-        """Do some steps, with more sweeps, a greater tolerance or more room where one of them needs it."""
+        """Do some steps, with more sweeps or more room where one of them needs it."""
         y, run = self.states[self.reached].copy(), self.memory
-        last, sweeps, bound = self.reached + size, SWEEPS, RESIDUAL
+        last, sweeps = self.reached + size, SWEEPS
         while self.reached < last:
-            end = last if bound == RESIDUAL else self.reached + 1
-            done = self._marched(y, end, sweeps, bound, aside, between)
+            end = last if sweeps == SWEEPS else self.reached + 1
+            done = self._marched(y, end, sweeps, aside, between)
             if done:
-                sweeps, bound = SWEEPS, RESIDUAL
+                sweeps = SWEEPS
             if self.reached == last or (done and run.failure == NONE):
                 continue
             if run.failure == FULL:
@@ -316,22 +316,18 @@ class _Run:
                 carry(run, self.memory)
                 run = self.memory
                 continue
-            enough = accepted(run)
-            close = run.problem.residual <= enough
-            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < enough)):
-                bound = enough if close else RESIDUAL
+            if run.failure == CONTACTS and sweeps <= MOST_SWEEPS:
                 sweeps *= 10
                 continue
             raise SimulationError(
                 failure(run, self.model, self.values, self.begin + self.reached * self.h, y)
             )
 
-    def _marched(
-        self, y: Array, last: int, most_sweeps: int, tolerance: float, aside: bool, between: Progress
-    ) -> int:  # fmt: skip
+    def _marched(self, y: Array, last: int, most_sweeps: int, aside: bool, between: Progress) -> int:
         """Run the loop to the step ``last``, or until the log is full or a step fails; return the number of steps."""
         run, some = self.memory, slice(self.reached, last)
-        run.t, run.tolerance = self.begin + self.reached * self.h, tolerance
+        run.t, run.tolerance = self.begin + self.reached * self.h, RESIDUAL
+        accept(run)
         run.most_sweeps, run.steps, run.y = most_sweeps, last - self.reached, y
         run.states, run.impulses, run.works = self.states[1:][some], self.impulses[some], self.works[some]
         run.moved, run.modes = self.moved[some], self.modes[some]
