@@ -40,16 +40,21 @@ def solved(a: Reals, n: int, b: Reals) -> int:
             exchanged = b[k]
             b[k] = b[p]
             b[p] = exchanged
+        above, right = a[k * n :], b[k]
+        inverse = 1.0 / above[k]
+        above[k] = inverse
         for i in range(k + 1, n):
-            part = a[i * n + k] / a[k * n + k]
+            row = a[i * n :]
+            part = row[k] * inverse
             if part != 0.0:
                 for j in range(k + 1, n):
-                    a[i * n + j] -= part * a[k * n + j]
-                b[i] -= part * b[k]
+                    row[j] -= part * above[j]
+                b[i] -= part * right
     for k in range(n - 1, -1, -1):
+        row, total = a[k * n :], b[k]
         for j in range(k + 1, n):
-            b[k] -= a[k * n + j] * b[j]
-        b[k] /= a[k * n + k]
+            total -= row[j] * b[j]
+        b[k] = total * row[k]
     return 1
 
 

@@ -15,16 +15,13 @@ from __future__ import annotations
 
 import math
 
-from ...native.functions import unrolled
-from ...native.instructions import EPS, Parts, greater, lesser, root
-from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run
+from ...native.instructions import EPS, Parts, Truth, greater, inlined, lesser, root
+from .run import CLEAR, MARGIN, PARTS, Run
 from .states import are_finite, dense_state, state_in_step
 
 part = Parts()
 
 
-EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
-"""Rows of the table of the values at the ends of the equal parts of a window."""
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
@@ -48,10 +45,15 @@ def find_events(run: Run) -> int:
     """
     search, n, named = run.search, run.search.count, run.required
     table, last = search.table, search.signs
+    parts = few_parts(run)
+    if parts < PARTS:
+        go_on(run, PARTS + 2, parts == 2)
+        return 0
     points = tabulate(run)
     unknown = doubt(run, points)
     while search.span > FINEST and unknown >= 1.0:
         search.span *= 0.5
+        forget(run)
         points = tabulate(run)
         unknown = doubt(run, points)
     reach, culprit = search.reach, search.culprit
@@ -98,14 +100,21 @@ def find_events(run: Run) -> int:
                                 count = record_event(run, count, y, e, sign)
             last[e] = sign
     count = zeros_before_stop(run, points, count)
-    for e in range(n):  # the values at the end are those at the start of the next window
-        table[0, e] = table[points, e]
-    search.seen = 1.0 if reach <= 1.0 else search.seen + search.span
-    if unknown < HALF_AS_MANY:
+    search.reach, search.culprit = reach, culprit
+    go_on(run, points, unknown < HALF_AS_MANY)
+    return count
+
+
+@part
+def go_on(run: Run, points: int, longer: Truth) -> None:
+    """Go to the next window, twice as long if it may be; the values at the end of this one are those at its start."""
+    search = run.search
+    for e in range(search.count):
+        search.table[0, e] = search.table[points, e]
+    search.seen = 1.0 if search.reach <= 1.0 else search.seen + search.span
+    if longer:
         search.span *= 2.0
     search.span = lesser(search.span, 1.0 - search.seen)
-    search.reach, search.culprit = reach, culprit
-    return count
 
 
 @part
@@ -149,19 +158,28 @@ def first_stop(run: Run, count: int) -> float:
     return 2.0
 
 
-@part
-def tabulate(run: Run) -> int:
-    """Evaluate all functions at the points of the window; return the number of points.
+@inlined
+def end_of_part(k: int) -> int:
+    """Return the row of the table of the end of so many equal parts."""
+    return k + (1 if k > 0 else 0) + (1 if k == PARTS else 0)
 
-    The last of them is where a required function has its last value, ``reach``.
-    """
-    search, n, points, k = run.search, run.search.count, PARTS + 2, 0
-    table, begin, span = search.table, search.seen, search.span
-    search.reach, table[0, n] = 2.0, begin
-    while k < points:
-        k += 1
-        part_of_window = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-        x = begin + (1.0 if k == points else part_of_window) * span
+
+@part
+def forget(run: Run) -> None:
+    """Forget the values at the points of the window, except at its start."""
+    search = run.search
+    search.reach, search.table[0, search.count] = 2.0, search.seen
+    for k in range(1, PARTS + 3):
+        search.table[k, search.count] = -1.0
+
+
+@part
+def fill(run: Run, k: int) -> None:
+    """Evaluate all functions at a point of the window, if they are not known there."""
+    search, n, table = run.search, run.search.count, run.search.table
+    if table[k, n] < 0.0:
+        part_of_window = MARGIN if k == 1 else (1.0 - MARGIN if k == PARTS + 1 else (k - 1.0) / PARTS)
+        x = search.seen + (1.0 if k == PARTS + 2 else part_of_window) * search.span
         if x == 1.0:
             run.point[:] = run.end
         else:
@@ -170,6 +188,57 @@ def tabulate(run: Run) -> int:
         for e in range(n):
             table[k, e] = search.g[e]
         table[k, n] = x
+
+
+@part
+def few_parts(run: Run) -> int:
+    """Return the number of equal parts, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
+
+    All values have one sign and exceed the error of the polynomial through them by far: most steps are so.
+    """
+    parts = 2
+    forget(run)
+    fill(run, 1)
+    fill(run, PARTS + 1)
+    fill(run, PARTS + 2)
+    while parts < PARTS:
+        for k in range(1, parts):
+            fill(run, end_of_part(k * (PARTS // parts)))
+        if are_clear(run, parts) != 0:
+            return parts
+        parts *= 2
+    return PARTS
+
+
+@part
+def are_clear(run: Run, parts: int) -> int:
+    """Return 1 if all functions keep clear of zero at the ends of the parts, and at the points close to both ends."""
+    search, table = run.search, run.search.table
+    for e in range(search.count):
+        first = table[0, e]
+        near = lesser(abs(table[1, e]), abs(table[PARTS + 1, e]))
+        same = (table[1, e] > 0.0) == (first > 0.0) and (table[PARTS + 1, e] > 0.0) == (first > 0.0)
+        for k in range(parts + 1):
+            value = table[end_of_part(k * (PARTS // parts)), e]
+            near = lesser(near, abs(value))
+            same = same and (value > 0.0) == (first > 0.0)
+        if not same or not CLEAR * error_between(run, e, parts) < near:
+            return 0
+    return 1
+
+
+@part
+def tabulate(run: Run) -> int:
+    """Evaluate all functions at the points of the window; return the number of points.
+
+    The last of them is where a required function has its last value, ``reach``.
+    """
+    search, n, points, k = run.search, run.search.count, PARTS + 2, 0
+    table = search.table
+    while k < points:
+        k += 1
+        fill(run, k)
+        x = table[k, n]
         for e in range(run.required):
             if table[k, e] != table[k, e]:
                 x = last_value(run, e, table[k - 1, n], x)
@@ -206,7 +275,7 @@ def doubt(run: Run, points: int) -> float:
             near, far = lesser(near, abs(now)), greater(far, abs(now))
             if (before > 0.0) != (now > 0.0):
                 crossed = 1
-        error = error_between(run, e)
+        error = error_between(run, e, PARTS)
         if e >= run.required and error != error:  # it has no value somewhere, and need not have one
             continue
         if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
@@ -220,26 +289,29 @@ def doubt(run: Run, points: int) -> float:
 
 
 @part
-def error_between(run: Run, e: int) -> float:
-    """Return the error r of the polynomial through the values of a function at the ends of the equal parts.
+def error_between(run: Run, e: int, parts: int) -> float:
+    """Return the error r of the polynomial through the values of a function at the ends of 2, 4 or 8 equal parts.
 
-    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶, and the higher ones, Δ⁷, Δ⁸ and 16 r.
+    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶ of 8 parts, and the higher ones, Δ⁷, Δ⁸ and 16 r.
     """
     search, table, row = run.search, run.search.table, run.search.differences
-    first, final = -table[1, e], -table[PARTS + 1, e]
-    for k in unrolled(0, PARTS + 1):
-        row[k] = table[EVEN[k], e]
-        first += AT_MARGIN[k] * table[EVEN[k], e]
-        final += AT_MARGIN[k] * table[EVEN[PARTS - k], e]
-    low, high = 0.0, 0.0
-    for order in range(1, PARTS + 1):
-        for k in range(PARTS + 1 - order):
+    for k in range(parts + 1):
+        row[k] = table[end_of_part(k * (PARTS // parts)), e]
+    first, final, low, high = row[0] - table[1, e], row[parts] - table[PARTS + 1, e], 0.0, 0.0
+    forth, back = 1.0, 1.0  # binomials of the distance of the points close to the ends
+    for order in range(1, parts + 1):
+        forth *= (parts * MARGIN - (order - 1.0)) / order
+        back *= -(parts * MARGIN - (order - 1.0)) / order
+        for k in range(parts + 1 - order):
             row[k] = row[k + 1] - row[k]
-            if order > PARTS - 2:
+            if order > parts - 2:
                 high = greater(high, abs(row[k]))
-            elif order > PARTS - 4:
+            elif order > parts - 4:
                 low = greater(low, abs(row[k]))
-    error = greater(abs(row[0]) / 70.0, greater(abs(first), abs(final)) / (PARTS * PARTS * MARGIN))
+        first += forth * row[0]
+        final += back * row[parts - order]
+    middle = 70.0 if parts == 8 else (6.0 if parts == 4 else 2.0)
+    error = greater(abs(row[0]) / middle, greater(abs(first), abs(final)) / (parts * parts * MARGIN))
     search.decay = low / greater(high, CLEAR * error)
     return error
 

@@ -24,6 +24,7 @@ With M = L D Lᵀ, every row stands as D^-½ L⁻¹ Gᵀ, so that G M⁻¹ Kᵀ 
 
 from __future__ import annotations
 
+from ...native.functions import components
 from ...native.instructions import Integers, Reals, compiled, inlined, root
 from ..cones.elimination import solved
 from . import laws
@@ -34,9 +35,11 @@ from .contact_outputs import (
     forwarded,
     friction,
     given_force_of,
+    inner,
     moved,
     product,
     rates_of,
+    row_added,
     row_taken,
     static_friction_of,
 )
@@ -58,7 +61,8 @@ def set_share(phase: PhaseData, k: int, slip: int) -> None:
     if slip == laws.ALONG:
         v = rates_of(phase, k)
         speed = root(v[1] * v[1] + v[2] * v[2])
-        share[0], share[1] = -mu * v[1] / speed, -mu * v[2] / speed
+        part = -mu / speed
+        share[0], share[1] = part * v[1], part * v[2]
     elif slip == laws.FIXED:
         for j in range(2):
             share[j] = -static_friction_of(phase, k) * phase.direction[k, j]
@@ -77,40 +81,45 @@ def force_row(phase: PhaseData, i: int) -> Reals:
 
 @compiled
 def rows_made(phase: PhaseData) -> None:
-    """Set the rows of G, and of K where it differs from G, of all conditions."""
-    n = phase.n
+    """Set the rows of G of all conditions."""
     for i in range(phase.conditions):
         k, G = phase.source[i], phase.G[i]
         if k < 0:
             own = phase.own_G[-1 - k]
-            for p in range(n):
+            for p in range(phase.n):
                 G[p] = own[p]
         else:
             row_taken(phase, phase.first[k] + phase.row_of[i], G)
             forwarded(phase, G)
-            if phase.force_row[i] != i:
-                K = force_row(phase, i)
-                for p in range(n):
-                    K[p] = G[p]
-                if phase.slip[i] != laws.NO_SLIP:
-                    add_friction(phase, K, k, phase.slip[i])
-                r = k + 1
-                while r < phase.contacts and phase.presser[r] == k:
-                    if phase.pushed[r] != laws.NO_SLIP:
-                        add_friction(phase, K, r, phase.pushed[r])
-                    r += 1
+
+
+@compiled
+def loads_made(phase: PhaseData) -> None:
+    """Set the rows of K where they differ from those of G: what friction adds is summed before it is forwarded."""
+    n = phase.n
+    for i in range(phase.own, phase.conditions):
+        if phase.force_row[i] != i:
+            k, G, K = phase.source[i], phase.G[i], force_row(phase, i)
+            for p in range(n):
+                K[p] = 0.0
+            if phase.slip[i] != laws.NO_SLIP:
+                add_friction(phase, K, k, phase.slip[i])
+            r = k + 1
+            while r < phase.contacts and phase.presser[r] == k:
+                if phase.pushed[r] != laws.NO_SLIP:
+                    add_friction(phase, K, r, phase.pushed[r])
+                r += 1
+            forwarded(phase, K)
+            for p in range(n):
+                K[p] += G[p]
 
 
 @compiled
 def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
     """Add the friction of a slip, or the moments that resist rolling or spinning, per unit of normal force to K."""
-    spare = phase.spare
     set_share(phase, k, slip)
     for j in range(phase.tangents[k]):
-        row_taken(phase, phase.first[k] + 1 + j, spare)
-        forwarded(phase, spare)
-        for p in range(phase.n):
-            K[p] += phase.share[k, j] * spare[p]
+        row_added(phase, phase.first[k] + 1 + j, phase.share[k, j], K)
 
 
 @compiled
@@ -133,8 +142,8 @@ def shared(phase: PhaseData) -> int:
         weight[j] = 1.0
         for a in range(phase.active):
             G = phase.G[phase.independent[a]]
-            Q[j, a] = product(G, phase.G[j], n)
-            S[j, a] = product(G, force_row(phase, j), n) if phase.slipping != 0 else Q[j, a]
+            Q[j, a] = inner(G, phase.G[j], n)
+            S[j, a] = inner(G, force_row(phase, j), n) if phase.slipping != 0 else Q[j, a]
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
@@ -206,10 +215,10 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
         nu[a] = phase.right[chosen[a]]
         if sliding != 0:
             for b in range(size):
-                square[a * size + b] = product(G, force_row(phase, chosen[b]), n)
+                square[a * size + b] = inner(G, force_row(phase, chosen[b]), n)
         else:
             for b in range(a + 1):
-                square[a * size + b] = product(G, phase.G[chosen[b]], n)
+                square[a * size + b] = inner(G, phase.G[chosen[b]], n)
                 square[b * size + a] = square[a * size + b]
     if solved(square, size, nu) == 0:
         return 0
@@ -260,18 +269,20 @@ def balance(phase: PhaseData) -> int:
     if phase.held_count + phase.adhesive_count > 0:
         push(phase, z)
     rows_made(phase)
+    if phase.slipping != 0:
+        loads_made(phase)
+    for p in range(n):
+        w[p] = z[p]
     for i in range(count):
-        phase.right[i] = -(gamma_of(phase, i) + product(phase.G[i], z, n))
+        phase.right[i] = -(gamma_of(phase, i) + inner(phase.G[i], w, n))
     good = 1
     if count > phase.active:
         good = shared(phase)
     elif count > 0:
         good = independent(phase, phase.independent, count, phase.slipping)
-    for p in range(n):
-        w[p] = z[p]
     for i in range(count):
         x, K, k = phase.lam[i], force_row(phase, i), phase.source[i]
-        for p in range(n):
+        for p in components(n):
             w[p] += x * K[p]
         if k < 0:
             phase.multiplier[phase.number[-1 - k]] = x

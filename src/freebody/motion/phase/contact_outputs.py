@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, call, compiled, inlined
+from ...native.functions import components
+from ...native.instructions import Integers, Real, Reals, Row, call, compiled, inlined
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
 
@@ -129,6 +130,14 @@ def row_taken(phase: PhaseData, r: int, v: Reals) -> None:
         v[columns[p]] = W[p]
 
 
+@inlined
+def row_added(phase: PhaseData, r: int, part: float, v: Reals) -> None:
+    """Add a part of row r of the contacts to v, in the order of elimination."""
+    columns, W = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :]
+    for p in range(phase.entries[r]):
+        v[columns[p]] += part * W[p]
+
+
 @compiled
 def row_along(phase: PhaseData, r: int, u: Reals) -> float:
     """Return row r of the contacts times u, in the order of the speeds."""
@@ -143,6 +152,15 @@ def product(a: Reals, b: Reals, n: int) -> float:
     """Return a · b."""
     total = 0.0
     for k in range(n):
+        total += a[k] * b[k]
+    return total
+
+
+@inlined
+def inner(a: Row, b: Row, n: int) -> float:
+    """Return a · b of rows of a record, eight components at a time."""
+    total: Real = 0.0
+    for k in components(n):
         total += a[k] * b[k]
     return total
 

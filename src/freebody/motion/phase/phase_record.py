@@ -191,7 +191,8 @@ class PhaseData(Record):
     slip: Annotated[Wholes, "most_conditions"]
     normal_of: Annotated[Wholes, "most_conditions"]
     force_row: Annotated[Wholes, "most_conditions"]
-    G: Annotated[Rows, "rows_of_G_and_K", "n"]
+    width: Count
+    G: Annotated[Rows, "rows_of_G_and_K", "width"]
     most_conditions: Count
     right: Annotated[Row, "most_conditions"]
     lam: Annotated[Row, "most_conditions"]
@@ -205,7 +206,7 @@ class PhaseData(Record):
     owner: Annotated[Wholes, "endings"]
     sign: Annotated[Wholes, "endings"]
     place: Annotated[Wholes, "endings"]
-    step: Annotated[Row, "n"]
+    step: Annotated[Row, "width"]
     spare: Annotated[Row, "n"]
     base: Annotated[Row, "of_y"]
     beside: Annotated[Row, "of_y"]
