@@ -194,37 +194,37 @@ def fill(run: Run, k: int) -> None:
 def few_parts(run: Run) -> int:
     """Return the number of equal parts, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
 
-    All values have one sign and exceed the error of the polynomial through them by far: most steps are so.
+    All values of a function have one sign then, and exceed the error of the polynomial through them by far.
     """
     parts = 2
     forget(run)
     fill(run, 1)
+    fill(run, end_of_part(PARTS // parts))
     fill(run, PARTS + 1)
     fill(run, PARTS + 2)
-    while parts < PARTS:
-        for k in range(1, parts):
-            fill(run, end_of_part(k * (PARTS // parts)))
-        if are_clear(run, parts) != 0:
-            return parts
-        parts *= 2
-    return PARTS
+    for e in range(run.search.count):
+        while is_clear(run, e, parts) == 0:
+            parts *= 2
+            if parts == PARTS:
+                return PARTS
+            for k in range(1, parts):
+                fill(run, end_of_part(k * (PARTS // parts)))
+    return parts
 
 
 @part
-def are_clear(run: Run, parts: int) -> int:
-    """Return 1 if all functions keep clear of zero at the ends of the parts, and at the points close to both ends."""
-    search, table = run.search, run.search.table
-    for e in range(search.count):
-        first = table[0, e]
-        near = lesser(abs(table[1, e]), abs(table[PARTS + 1, e]))
-        same = (table[1, e] > 0.0) == (first > 0.0) and (table[PARTS + 1, e] > 0.0) == (first > 0.0)
-        for k in range(parts + 1):
-            value = table[end_of_part(k * (PARTS // parts)), e]
-            near = lesser(near, abs(value))
-            same = same and (value > 0.0) == (first > 0.0)
-        if not same or not CLEAR * error_between(run, e, parts) < near:
-            return 0
-    return 1
+def is_clear(run: Run, e: int, parts: int) -> int:
+    """Return 1 if a function keeps clear of zero at the ends of the parts, and at the points close to both ends."""
+    table = run.search.table
+    low, high, doubt = table[0, e], table[0, e], 0.0 * table[0, e]
+    for k in range(1, parts + 3):
+        value = table[1 if k > parts + 1 else (PARTS + 1 if k > parts else end_of_part(k * (PARTS // parts))), e]
+        low, high = lesser(low, value), greater(high, value)
+        doubt += 0.0 * value
+    if doubt != 0.0:  # a function without a value
+        return 0
+    near = greater(low, -high)
+    return 1 if near > 0.0 and (low == high or CLEAR * error_between(run, e, parts) < near) else 0
 
 
 @part
