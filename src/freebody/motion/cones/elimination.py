@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot
+from ...native.instructions import Integers, Reals, compiled, hot, inlined
 from .block_rows import block_add, block_add_three
 from .contact_problem import NORMAL, SECOND, Blocks, ContactProblem, Newton
 
 
-@compiled
+@inlined
 def pivot(a: Reals, n: int, k: int, end: int) -> int:
     """Return the row of the greatest entry of column k, from row k to row ``end`` - 1; -1 if that is no pivot."""
     p = k

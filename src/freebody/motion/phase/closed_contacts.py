@@ -122,13 +122,11 @@ def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
         row_added(phase, phase.first[k] + 1 + j, phase.share[k, j], K)
 
 
-@compiled
+@inlined
 def gamma_of(phase: PhaseData, i: int) -> float:
     """Return γ of a condition."""
     k = phase.source[i]
-    if k < 0:
-        return phase.gamma[-1 - k]
-    return biases_of(phase, k)[phase.row_of[i]]
+    return phase.gamma[-1 - k] if k < 0 else biases_of(phase, k)[phase.row_of[i]]
 
 
 # --- forces --------------------------------------------------------------------------------------

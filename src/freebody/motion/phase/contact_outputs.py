@@ -99,8 +99,12 @@ def force_of(phase: PhaseData, k: int) -> Reals:
 @compiled
 def forwarded(phase: PhaseData, v: Reals) -> None:
     """Replace v, in the order of elimination, by D^-½ L⁻¹ v."""
-    L, below = phase.L, phase.below
-    for k in range(phase.n):
+    L, below, n = phase.L, phase.below, phase.n
+    if phase.starts[n] == 0:  # M is diagonal: a free body
+        for k in range(n):
+            v[k] *= phase.scale[k]
+        return
+    for k in range(n):
         x = v[k]
         if x != 0.0:
             for p in range(phase.starts[k], phase.starts[k + 1]):
