@@ -24,9 +24,10 @@ With M = L D Lᵀ, every row stands as D^-½ L⁻¹ Gᵀ, so that G M⁻¹ Kᵀ 
 
 from __future__ import annotations
 
+import math
+
 from ...native.functions import components
 from ...native.instructions import Integers, Reals, compiled, inlined, root
-from ..cones.elimination import solved
 from . import laws
 from .contact_outputs import (
     adhesion_of,
@@ -37,7 +38,6 @@ from .contact_outputs import (
     given_force_of,
     inner,
     moved,
-    product,
     rates_of,
     row_added,
     row_taken,
@@ -141,7 +141,9 @@ def shared(phase: PhaseData) -> int:
         for a in range(phase.active):
             G = phase.G[phase.independent[a]]
             Q[j, a] = inner(G, phase.G[j], n)
-            S[j, a] = inner(G, force_row(phase, j), n) if phase.slipping != 0 else Q[j, a]
+            S[j, a] = Q[j, a]
+            if phase.force_row[j] != j:
+                S[j, a] = inner(G, force_row(phase, j), n)
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
@@ -172,29 +174,33 @@ def mean_normal(phase: PhaseData, none: float) -> float:
 @compiled
 def weighted(phase: PhaseData) -> int:
     """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``; return 0 and leave λ if S W Qᵀ is singular, else 1."""
-    count, active, square, copy = phase.conditions, phase.active, phase.square, phase.spare_square
+    count, active, square, given = phase.conditions, phase.active, phase.square, phase.given_square
     nu, lam, weight, S, Q = phase.nu, phase.lam, phase.weight, phase.S, phase.Q
-    for k in range(active * active):
-        square[k] = 0.0
-    for j in range(count):  # sums side by side, not one after another
+    for a in range(active):
+        row = given[a]
+        for b in components(active):
+            row[b] = 0.0
+    for j in range(count):
+        of_j = Q[j]
         for a in range(active):
-            x = S[j, a] * weight[j]
-            for b in range(active):
-                square[a * active + b] += x * Q[j, b]
+            x, row = S[j, a] * weight[j], given[a]
+            for b in components(active):
+                row[b] += x * of_j[b]
     # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
     for refined in range(2):
         for a in range(active):
-            nu[a] = phase.right[phase.independent[a]]
+            left, row, copy = phase.right[phase.independent[a]], given[a], square[a]
             if refined != 0:
                 for j in range(count):
-                    nu[a] -= S[j, a] * lam[j]
-        for k in range(active * active):
-            copy[k] = square[k]
-        if solved(copy, active, nu) == 0:
+                    left -= S[j, a] * lam[j]
+            for b in components(active):
+                copy[b] = row[b]
+            copy[active] = left
+        if eliminated(phase, active) == 0:
             return 0
         for j in range(count):
             first = lam[j] if refined != 0 else 0.0
-            lam[j] = first + weight[j] * product(nu, Q[j], active)
+            lam[j] = first + weight[j] * inner(nu, Q[j], active)
     return 1
 
 
@@ -210,18 +216,51 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
             lam[i] = 0.0
     for a in range(size):
         G = phase.G[chosen[a]]
-        nu[a] = phase.right[chosen[a]]
         if sliding != 0:
             for b in range(size):
-                square[a * size + b] = inner(G, force_row(phase, chosen[b]), n)
+                square[a, b] = inner(G, force_row(phase, chosen[b]), n)
         else:
             for b in range(a + 1):
-                square[a * size + b] = inner(G, phase.G[chosen[b]], n)
-                square[b * size + a] = square[a * size + b]
-    if solved(square, size, nu) == 0:
+                square[a, b] = inner(G, phase.G[chosen[b]], n)
+                square[b, a] = square[a, b]
+        square[a, size] = phase.right[chosen[a]]
+    if eliminated(phase, size) == 0:
         return 0
     for a in range(size):
         lam[chosen[a]] = nu[a]
+    return 1
+
+
+@compiled
+def eliminated(phase: PhaseData, size: int) -> int:
+    """Set ν to the solution of the equations ``square``, whose right sides are in their last column.
+
+    Return 0 if they are singular, else 1. They are a few: a row is taken from all others (Gauss and Jordan), eight
+    numbers at a time, so that nothing is substituted one after another.
+    """
+    square = phase.square
+    for k in range(size):
+        p = k
+        for i in range(k + 1, size):
+            if abs(square[i, k]) > abs(square[p, k]):
+                p = i
+        if square[p, k] == 0.0 or not math.isfinite(square[p, k]):
+            return 0
+        above, greatest = square[k], square[p]
+        if p != k:
+            for c in components(size + 1):
+                x = above[c]
+                above[c] = greatest[c]
+                greatest[c] = x
+        inverse = 1.0 / square[k, k]
+        phase.nu[k] = inverse
+        for i in range(size):
+            if i != k:
+                part, row = square[i, k] * inverse, square[i]
+                for c in components(size + 1):
+                    row[c] -= part * above[c]
+    for k in range(size):
+        phase.nu[k] *= square[k, size]
     return 1
 
 

@@ -120,7 +120,7 @@ def _made(
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
-        square_of_active=active * active, width=padded(n),
+        equations=padded(active + 1), width=padded(n),
         asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked),
         rows_of_G_and_K=conditions + slipping, **constants,
     )  # fmt: skip

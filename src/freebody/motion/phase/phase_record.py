@@ -83,7 +83,8 @@ class PhaseData(Record):
                                 each condition
     ``right``, ``lam``, ``weight``    right-hand sides, λ, and the diagonal of W
     ``S``, ``Q``                G M⁻¹ Kᵀ and G M⁻¹ Gᵀ; for each condition, a number for each active one
-    ``square``, ``spare_square``, ``nu``    equations of active conditions, a copy, and their right-hand sides
+    ``square``, ``given_square``, ``nu``    equations of active conditions with their right-hand sides, these without,
+                                and their solution
 
     ``law``, ``owner``, ``sign``, ``place``    of each ending: its law, contact, sign, and reach or -1
 
@@ -198,10 +199,11 @@ class PhaseData(Record):
     lam: Annotated[Row, "most_conditions"]
     weight: Annotated[Row, "most_conditions"]
     S: Annotated[Rows, "most_conditions", "most_active"]
-    Q: Annotated[Rows, "most_conditions", "most_active"]
-    square: Annotated[Row, "square_of_active"]
-    spare_square: Annotated[Row, "square_of_active"]
-    nu: Annotated[Row, "most_active"]
+    equations: Count
+    Q: Annotated[Rows, "most_conditions", "equations"]
+    square: Annotated[Rows, "most_active", "equations"]
+    given_square: Annotated[Rows, "most_active", "equations"]
+    nu: Annotated[Row, "equations"]
     law: Annotated[Wholes, "endings"]
     owner: Annotated[Wholes, "endings"]
     sign: Annotated[Wholes, "endings"]
