@@ -15,13 +15,21 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import EPS, Parts, Truth, greater, inlined, lesser, root
-from .run import CLEAR, MARGIN, PARTS, Run
+from ...native.functions import components, unrolled
+from ...native.instructions import EPS, Parts, Real, Truth, greater, lesser, maximum, root
+from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run, at_margin
 from .states import are_finite, dense_state, state_in_step
 
 part = Parts()
 
 
+EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
+"""Rows of the table of the values at the ends of the equal parts of a window."""
+FEWEST, FEW = (2, 4), (*EVEN[::4], 0, 0, *EVEN[::2])
+"""Numbers of parts of which few show the functions, and the rows of their ends, five numbers for each."""
+IN_THE_MIDDLE = (1 / 2, -2 / 2, 1 / 2, 0.0, 0.0, *(x / 6 for x in (1, -4, 6, -4, 1)))
+CLOSE_TO_THE_END, SLOPES = (*at_margin(2), 0.0, 0.0, *at_margin(4)), tuple(n * n * MARGIN for n in FEWEST)
+"""Weights of these values: the highest difference, and what the polynomial gives at MARGIN, by which slopes are told."""
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
@@ -158,12 +166,6 @@ def first_stop(run: Run, count: int) -> float:
     return 2.0
 
 
-@inlined
-def end_of_part(k: int) -> int:
-    """Return the row of the table of the end of so many equal parts."""
-    return k + (1 if k > 0 else 0) + (1 if k == PARTS else 0)
-
-
 @part
 def forget(run: Run) -> None:
     """Forget the values at the points of the window, except at its start."""
@@ -194,37 +196,33 @@ def fill(run: Run, k: int) -> None:
 def few_parts(run: Run) -> int:
     """Return the number of equal parts, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
 
-    All values of a function have one sign then, and exceed the error of the polynomial through them by far.
+    All values of a function have one sign then, and exceed the error of the polynomial through them by far. The error
+    is that of `error_between`.
     """
-    parts = 2
+    search, table, result = run.search, run.search.table, PARTS
     forget(run)
     fill(run, 1)
-    fill(run, end_of_part(PARTS // parts))
     fill(run, PARTS + 1)
     fill(run, PARTS + 2)
-    for e in range(run.search.count):
-        while is_clear(run, e, parts) == 0:
-            parts *= 2
-            if parts == PARTS:
-                return PARTS
-            for k in range(1, parts):
-                fill(run, end_of_part(k * (PARTS // parts)))
-    return parts
-
-
-@part
-def is_clear(run: Run, e: int, parts: int) -> int:
-    """Return 1 if a function keeps clear of zero at the ends of the parts, and at the points close to both ends."""
-    table = run.search.table
-    low, high, doubt = table[0, e], table[0, e], 0.0 * table[0, e]
-    for k in range(1, parts + 3):
-        value = table[1 if k > parts + 1 else (PARTS + 1 if k > parts else end_of_part(k * (PARTS // parts))), e]
-        low, high = lesser(low, value), greater(high, value)
-        doubt += 0.0 * value
-    if doubt != 0.0:  # a function without a value
-        return 0
-    near = greater(low, -high)
-    return 1 if near > 0.0 and (low == high or CLEAR * error_between(run, e, parts) < near) else 0
+    for level in unrolled(2):
+        if result == PARTS:
+            for k in unrolled(1, FEWEST[level]):
+                fill(run, FEW[5 * level + k])
+            short: Real = -1.0
+            for e in components(search.count):
+                low, high = lesser(table[1, e], table[PARTS + 1, e]), greater(table[1, e], table[PARTS + 1, e])
+                middle, first, final = 0.0 * low, -table[1, e], -table[PARTS + 1, e]
+                for k in unrolled(FEWEST[level] + 1):
+                    value, other = table[FEW[5 * level + k], e], table[FEW[5 * level + FEWEST[level] - k], e]
+                    low, high = lesser(low, value), greater(high, value)
+                    middle += IN_THE_MIDDLE[5 * level + k] * value
+                    first += CLOSE_TO_THE_END[5 * level + k] * value
+                    final += CLOSE_TO_THE_END[5 * level + k] * other
+                error = maximum(abs(middle), maximum(abs(first), abs(final)) / SLOPES[level])
+                short = maximum(short, (CLEAR * error - greater(low, -high)))
+            if short < 0.0:
+                result = FEWEST[level]
+    return result
 
 
 @part
@@ -275,7 +273,7 @@ def doubt(run: Run, points: int) -> float:
             near, far = lesser(near, abs(now)), greater(far, abs(now))
             if (before > 0.0) != (now > 0.0):
                 crossed = 1
-        error = error_between(run, e, PARTS)
+        error = error_between(run, e)
         if e >= run.required and error != error:  # it has no value somewhere, and need not have one
             continue
         if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
@@ -289,29 +287,26 @@ def doubt(run: Run, points: int) -> float:
 
 
 @part
-def error_between(run: Run, e: int, parts: int) -> float:
-    """Return the error r of the polynomial through the values of a function at the ends of 2, 4 or 8 equal parts.
+def error_between(run: Run, e: int) -> float:
+    """Return the error r of the polynomial through the values of a function at the ends of the equal parts.
 
-    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶ of 8 parts, and the higher ones, Δ⁷, Δ⁸ and 16 r.
+    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶, and the higher ones, Δ⁷, Δ⁸ and 16 r.
     """
     search, table, row = run.search, run.search.table, run.search.differences
-    for k in range(parts + 1):
-        row[k] = table[end_of_part(k * (PARTS // parts)), e]
-    first, final, low, high = row[0] - table[1, e], row[parts] - table[PARTS + 1, e], 0.0, 0.0
-    forth, back = 1.0, 1.0  # binomials of the distance of the points close to the ends
-    for order in range(1, parts + 1):
-        forth *= (parts * MARGIN - (order - 1.0)) / order
-        back *= -(parts * MARGIN - (order - 1.0)) / order
-        for k in range(parts + 1 - order):
+    first, final = -table[1, e], -table[PARTS + 1, e]
+    for k in unrolled(0, PARTS + 1):
+        row[k] = table[EVEN[k], e]
+        first += AT_MARGIN[k] * table[EVEN[k], e]
+        final += AT_MARGIN[k] * table[EVEN[PARTS - k], e]
+    low, high = 0.0, 0.0
+    for order in range(1, PARTS + 1):
+        for k in range(PARTS + 1 - order):
             row[k] = row[k + 1] - row[k]
-            if order > parts - 2:
+            if order > PARTS - 2:
                 high = greater(high, abs(row[k]))
-            elif order > parts - 4:
+            elif order > PARTS - 4:
                 low = greater(low, abs(row[k]))
-        first += forth * row[0]
-        final += back * row[parts - order]
-    middle = 70.0 if parts == 8 else (6.0 if parts == 4 else 2.0)
-    error = greater(abs(row[0]) / middle, greater(abs(first), abs(final)) / (parts * parts * MARGIN))
+    error = greater(abs(row[0]) / 70.0, greater(abs(first), abs(final)) / (PARTS * PARTS * MARGIN))
     search.decay = low / greater(high, CLEAR * error)
     return error
 
