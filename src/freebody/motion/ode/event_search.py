@@ -196,8 +196,8 @@ def fill(run: Run, k: int) -> None:
 def few_parts(run: Run) -> int:
     """Return the number of equal parts, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
 
-    All values of a function have one sign then, and exceed the error of the polynomial through them by far. The error
-    is that of `error_between`.
+    All values of a function have one sign then, and exceed the error of the polynomial through them by far, as well as
+    its bends: between two points it is off its chord by an eighth of Δ². The error is that of `error_between`.
     """
     search, table, result = run.search, run.search.table, PARTS
     forget(run)
@@ -208,7 +208,7 @@ def few_parts(run: Run) -> int:
         if result == PARTS:
             for k in unrolled(1, FEWEST[level]):
                 fill(run, FEW[5 * level + k])
-            short: Real = -1.0
+            short: Real = -math.inf
             for e in components(search.count):
                 low, high = lesser(table[1, e], table[PARTS + 1, e]), greater(table[1, e], table[PARTS + 1, e])
                 middle, first, final = 0.0 * low, -table[1, e], -table[PARTS + 1, e]
@@ -219,7 +219,11 @@ def few_parts(run: Run) -> int:
                     first += CLOSE_TO_THE_END[5 * level + k] * value
                     final += CLOSE_TO_THE_END[5 * level + k] * other
                 error = maximum(abs(middle), maximum(abs(first), abs(final)) / SLOPES[level])
-                short = maximum(short, (CLEAR * error - greater(low, -high)))
+                bend = CLEAR * error
+                for k in unrolled(1, FEWEST[level]):
+                    before, after = table[FEW[5 * level + k - 1], e], table[FEW[5 * level + k + 1], e]
+                    bend = maximum(bend, abs(before - 2.0 * table[FEW[5 * level + k], e] + after))
+                short = maximum(short, bend - greater(low, -high))
             if short < 0.0:
                 result = FEWEST[level]
     return result

@@ -26,7 +26,8 @@ def touched(contacts: Integers, count: int, t: float, y: Reals, phase: PhaseData
     """Call the kernels of some contacts."""
     for i in range(count):
         k = contacts[i]
-        call(phase.touching[k], t, y, 0, phase.machine_c, phase.touch, phase.touch_at[k])
+        if phase.touching[k] != 0:  # what resists rolling and spinning comes with its contact
+            call(phase.touching[k], t, y, 0, phase.machine_c, phase.touch, phase.touch_at[k])
 
 
 @inlined

@@ -152,7 +152,8 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     """Write the kernels of the contacts, and the places in their outputs."""
     scene, pattern = phase.scene, phase.scene.candidates.pattern
     data.gaps_of[:] = [program.address(f"pair {p}") for p in range(data.pairs)]
-    data.touching[:] = [program.address(f"contact {k}") for k in range(data.contacts)]
+    for k in scene.candidates.groups:
+        data.touching[k] = program.address(f"contact {k}")
     data.gaps_at[:], data.touch_at[:] = (_before(sizes) for sizes in (pattern.pairs, pattern.sizes))
     data.order[:], data.starts[:], data.below[:] = pattern.order, pattern.starts, pattern.below
     data.columns[:], data.first[:], data.tangents[:] = pattern.columns, scene.first, scene.tangents

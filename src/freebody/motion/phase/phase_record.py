@@ -36,7 +36,7 @@ class PhaseData(Record):
     ``bearings``                of each joint with loaded friction, its lever and the forces at two places
     ``derived``                 a function of the state, accelerations, forces and multipliers
     ``gaps_of``, ``touching``   addresses of kernels: gaps and reaches between the bodies of each pair, and all of each
-                                contact, with the constants of ``machine``
+                                contact and its resistances, which have none, with the constants of ``machine``
 
     Outputs of ``machine``, one after another:
 

@@ -68,6 +68,13 @@ def direct(it: PhaseSlopes, y: Reals, w: Reals, s: Reals) -> None:
 
 
 @compiled
+def touch_along(t: float, it: PhaseSlopes, phase: PhaseData, k: int) -> None:
+    """Call the kernel of a contact, which has the outputs of what resists its rolling and spinning, too."""
+    if it.touching[k] != 0:
+        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+
+
+@compiled
 def turned(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, j: int) -> float:
     """Return the derivative of the friction of a slip along tangent j, per unit of normal force."""
     change, mu = it.touch[phase.laws_at[k]], friction(phase, k)
@@ -206,8 +213,7 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
     Forces are NAN where contacts without load share them.
     """
     for i in range(phase.closed_count):
-        k = phase.closed[i]
-        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        touch_along(t, it, phase, phase.closed[i])
     sharing = sharing_of(t, it, phase)
     for p in range(it.n):
         it.w[p] = phase.udot[p]
@@ -365,8 +371,7 @@ def slopes(t: float, y: Reals, c: Reals, out: Reals) -> None:
         it.rest[m] = y[at + n_q + n + m]
     slope(t, it, phase)
     for i in range(phase.open_count):
-        k = phase.open[i]
-        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        touch_along(t, it, phase, phase.open[i])
     for i in range(n_q):
         out[i] = it.q_dot[i]
     for i in range(n):
