@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot, inlined
+from ...native.instructions import Integers, Reals, compiled, hot
 from .block_rows import block_add, block_add_three
 from .contact_problem import NORMAL, SECOND, Blocks, ContactProblem, Newton
 
 
-@inlined
+@compiled
 def pivot(a: Reals, n: int, k: int, end: int) -> int:
     """Return the row of the greatest entry of column k, from row k to row ``end`` - 1; -1 if that is no pivot."""
     p = k
@@ -40,21 +40,16 @@ def solved(a: Reals, n: int, b: Reals) -> int:
             exchanged = b[k]
             b[k] = b[p]
             b[p] = exchanged
-        above, right = a[k * n :], b[k]
-        inverse = 1.0 / above[k]
-        above[k] = inverse
         for i in range(k + 1, n):
-            row = a[i * n :]
-            part = row[k] * inverse
+            part = a[i * n + k] / a[k * n + k]
             if part != 0.0:
                 for j in range(k + 1, n):
-                    row[j] -= part * above[j]
-                b[i] -= part * right
+                    a[i * n + j] -= part * a[k * n + j]
+                b[i] -= part * b[k]
     for k in range(n - 1, -1, -1):
-        row, total = a[k * n :], b[k]
         for j in range(k + 1, n):
-            total -= row[j] * b[j]
-        b[k] = total * row[k]
+            b[k] -= a[k * n + j] * b[j]
+        b[k] /= a[k * n + k]
     return 1
 
 

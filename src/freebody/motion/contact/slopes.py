@@ -173,7 +173,9 @@ class Slopes:
         """Return the outputs of a contact's kernel."""
         program, (name, own) = self.scene.candidates.program(), self.scene.candidates.kernel_of(k)
         constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)[own]
+        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)[
+            own
+        ]
 
     def own(self, touches: Array, k: int) -> Array:
         """Return the outputs of a contact among those of all."""

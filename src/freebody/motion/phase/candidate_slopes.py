@@ -100,7 +100,9 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
         for k in candidates.groups:
             contact, part = model.contacts[k], candidates.pattern.contacts[k]
             if contact.compliant:
-                of_contacts[f"contact {k}"][part.laws + 4] = normal_force_along(state, contact, symbols, direction)
+                of_contacts[f"contact {k}"][part.laws + 4] = normal_force_along(
+                    state, contact, symbols, direction
+                )
         return {
             "machine": along(state, machine, symbols, direction),
             "rates": along(state, speeds, symbols, direction),
