@@ -307,13 +307,10 @@ def newton(run: Run, own: Newton, h: float) -> int:
             return 0
         if turn > 0 and rate >= 0.99 and (round_off <= 1e-13 or size <= KAPPA):
             return 0
+        if turn > 0 and rate >= 0.99 and own.length_before >= 0.0:
+            return 1
         if turn > 0 and rate < 1.0 and rate / (1.0 - rate) * size <= KAPPA:
             return 0
-        hopeless = rate >= 0.99 or rate ** (TURNS - 1 - turn) / (1.0 - rate) * size > KAPPA
-        if (
-            turn > 0 and own.length_before >= 0.0 and hopeless
-        ):  # the turns that are left do not suffice (IV.8)
-            return 1
         last = size
     return 1
 

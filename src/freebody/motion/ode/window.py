@@ -71,7 +71,10 @@ def few_parts(run: Run) -> int:
                 fill(run, FEW[5 * level + k])
             short: Real = -math.inf
             for e in components(search.count):
-                low, high = lesser(table[1, e], table[PARTS + 1, e]), greater(table[1, e], table[PARTS + 1, e])
+                low, high = (
+                    lesser(table[1, e], table[PARTS + 1, e]),
+                    greater(table[1, e], table[PARTS + 1, e]),
+                )
                 middle, first, final = 0.0 * low, -table[1, e], -table[PARTS + 1, e]
                 for k in unrolled(FEWEST[level] + 1):
                     value, other = table[FEW[5 * level + k], e], table[FEW[5 * level + FEWEST[level] - k], e]

@@ -28,8 +28,8 @@ def test_dips_between_the_ends_of_few_parts_are_found():
     s.parameters(a=0.5, d=0.1)
     s.slider("guide", s.ground, s.body("block", fb.particle(1)), axis="x", coordinate="q")
     events = ["(q - a)^2 - d^2"]
-    for depth in (0.1, 0.02, 1e-3, 1e-6):
-        for place in np.linspace(0.11, 0.89, 27):
+    for depth in (0.02, 1e-3, 1e-6):
+        for place in np.linspace(0.11, 0.89, 10):
             motion = fb.simulate(
                 s,
                 1,
