@@ -253,13 +253,14 @@ def eliminated(phase: PhaseData, size: int) -> int:
                 above[c] = greatest[c]
                 greatest[c] = x
         inverse = 1.0 / square[k, k]
+        phase.nu[k] = inverse
         for i in range(size):
             if i != k:
                 part, row = square[i, k] * inverse, square[i]
                 for c in components(size + 1):
                     row[c] -= part * above[c]
-    for k in range(size):  # not by the inverse: what a projection takes away once leaves no speed of round-off
-        phase.nu[k] = square[k, size] / square[k, k]
+    for k in range(size):
+        phase.nu[k] *= square[k, size]
     return 1
 
 
