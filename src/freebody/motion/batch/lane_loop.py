@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.records import WIDTH, zeros
+from ...native.records import WIDTH, padded, zeros
 from ..ending import BLAMED, End
 from ..kernels.methods import BUDGET, FINE
 from ..lanes import batch_memory as at
@@ -123,7 +123,7 @@ class LaneLoop:
             return self._batch(), lane, one
         self._watch(one.run, rates.constants)
         own = one.copies(lanes)
-        constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, POINTS, m + 1))
+        constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, POINTS, padded(m + 1)))
         signs = np.zeros((lanes, m), dtype=np.int64)
         for k in range(
             lanes

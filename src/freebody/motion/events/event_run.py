@@ -168,8 +168,8 @@ class EventRun(Record):
     ``hold``                      length of the last such phase
     ``held_*``                    state and log at its start
     ``impulses``                  work of impacts and blows
-    ``implicit``                  1 while steps are implicit, since friction of a slow slip in space is stiff;  ``pace``:
-                                  length of the explicit step that would have come next
+    ``implicit``, ``pace``        1 while steps are implicit, since friction of a slow slip in space is stiff; length of
+                                  the explicit step that would have come next
     ``stop``                      not 0 pauses the run; another thread writes it
     ``budget``, ``steps_left``    steps and stages until the next pause, and steps until the run is given up
     ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago

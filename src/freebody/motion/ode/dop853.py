@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...native.functions import unrolled
+from ...native.functions import components, unrolled
 from ...native.instructions import Real, compiled, greater, root, where
 from ...native.rows import chain, combination
 from .method import Method, cubic, lift_stages
@@ -131,7 +131,7 @@ def densify(run: Run) -> None:
 def interpolate(run: Run, x: float) -> None:
     """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step."""
     z = 1.0 - x
-    for i in range(run.width):
+    for i in components(run.width):
         p = run.dense[5, i] + x * run.dense[6, i]
         p = run.dense[3, i] + x * (run.dense[4, i] + z * p)
         p = run.dense[1, i] + x * (run.dense[2, i] + z * p)

@@ -1,8 +1,8 @@
 """Zeros of event functions inside a step, located on the dense output, in order of time.
 
-The step is searched window by window. A function is evaluated at some points of a window. The first window is the
-step; it is halved until its points show how each function runs between them (`doubt`), so that functions with many
-zeros in a step lose none.
+The step is searched window by window. A function is evaluated at some points of a window (`window`). The first window
+is the step; it is halved until its points show how each function runs between them (`doubt`), so that functions with
+many zeros in a step lose none.
 
 If a function changes sign between two points, the zero is bracketed (method of Chandrupatla, 1997) and distinguished
 from a pole. If it dips towards zero in between, the search follows the dip.
@@ -15,24 +15,20 @@ from __future__ import annotations
 
 import math
 
-from ...native.functions import unrolled
-from ...native.instructions import EPS, Parts, greater, lesser, root
-from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run
+from ...native.instructions import EPS, Parts, Truth, greater, lesser, root
+from .run import PARTS, Run
 from .states import are_finite, dense_state, state_in_step
+from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, tabulate
 
 part = Parts()
 
 
-EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
-"""Rows of the table of the values at the ends of the equal parts of a window."""
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
 TOO_LONG, BRIEF = -2.0, 2.0**-32
 """Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
 for its dense output."""
-HALF_AS_MANY = 1.0 / 256.0
-"""Doubt below which a window may be doubled: Δ⁸ grows by 2⁸."""
 
 
 @part
@@ -48,10 +44,15 @@ def find_events(run: Run) -> int:
     """
     search, n, named = run.search, run.search.count, run.required
     table, last = search.table, search.signs
+    parts = few_parts(run)
+    if parts < PARTS:
+        go_on(run, PARTS + 2, parts == 2)
+        return 0
     points = tabulate(run)
     unknown = doubt(run, points)
     while search.span > FINEST and unknown >= 1.0:
         search.span *= 0.5
+        forget(run)
         points = tabulate(run)
         unknown = doubt(run, points)
     reach, culprit = search.reach, search.culprit
@@ -98,14 +99,21 @@ def find_events(run: Run) -> int:
                                 count = record_event(run, count, y, e, sign)
             last[e] = sign
     count = zeros_before_stop(run, points, count)
-    for e in range(n):  # the values at the end are those at the start of the next window
-        table[0, e] = table[points, e]
-    search.seen = 1.0 if reach <= 1.0 else search.seen + search.span
-    if unknown < HALF_AS_MANY:
+    search.reach, search.culprit = reach, culprit
+    go_on(run, points, unknown < HALF_AS_MANY)
+    return count
+
+
+@part
+def go_on(run: Run, points: int, longer: Truth) -> None:
+    """Go to the next window, twice as long if it may be; the values at the end of this one are those at its start."""
+    search = run.search
+    for e in range(search.count):
+        search.table[0, e] = search.table[points, e]
+    search.seen = 1.0 if search.reach <= 1.0 else search.seen + search.span
+    if longer:
         search.span *= 2.0
     search.span = lesser(search.span, 1.0 - search.seen)
-    search.reach, search.culprit = reach, culprit
-    return count
 
 
 @part
@@ -147,127 +155,6 @@ def first_stop(run: Run, count: int) -> float:
         if search.terminal[search.zero_number[k]] != 0 and search.zero_x[k] > 0.0:
             return search.zero_x[k]
     return 2.0
-
-
-@part
-def tabulate(run: Run) -> int:
-    """Evaluate all functions at the points of the window; return the number of points.
-
-    The last of them is where a required function has its last value, ``reach``.
-    """
-    search, n, points, k = run.search, run.search.count, PARTS + 2, 0
-    table, begin, span = search.table, search.seen, search.span
-    search.reach, table[0, n] = 2.0, begin
-    while k < points:
-        k += 1
-        part_of_window = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-        x = begin + (1.0 if k == points else part_of_window) * span
-        if x == 1.0:
-            run.point[:] = run.end
-        else:
-            dense_state(run, x)
-        evaluate(run, x)
-        for e in range(n):
-            table[k, e] = search.g[e]
-        table[k, n] = x
-        for e in range(run.required):
-            if table[k, e] != table[k, e]:
-                x = last_value(run, e, table[k - 1, n], x)
-                dense_state(run, x)
-                evaluate(run, x)
-                for i in range(n):
-                    table[k, i] = search.g[i]
-                table[k, n] = search.reach = x
-                search.culprit, points = e, k
-    return points
-
-
-@part
-def doubt(run: Run, points: int) -> float:
-    """Return how far the points of the window fall short of showing where the functions that are judged have zeros: 1
-    or more if they do not show it.
-
-    The polynomial through the values at the ends of the equal parts is in error by r: the value in the middle by
-    Δ⁸ / 70, that at MARGIN by its distance from the value there, which shows vibrations in step with the points. Where
-    the values at both ends of a part are below 16 r, zeros may lie unseen. So they may beside any zero if the error is
-    that of a small fast part of the function, whose differences do not decay with their order. Noise is no doubt.
-    """
-    search, table, worst = run.search, run.search.table, 0.0
-    if points < PARTS + 2:
-        return 1.0
-    for e in range(search.count):
-        if search.unjudged[e] != 0:
-            continue
-        near, far, crossed = abs(table[0, e]), 0.0, 0
-        clear = greater(near, abs(table[1, e]))
-        for k in range(1, points + 1):
-            before, now = table[k - 1, e], table[k, e]
-            clear = lesser(clear, greater(abs(before), abs(now)))
-            near, far = lesser(near, abs(now)), greater(far, abs(now))
-            if (before > 0.0) != (now > 0.0):
-                crossed = 1
-        error = error_between(run, e)
-        if e >= run.required and error != error:  # it has no value somewhere, and need not have one
-            continue
-        if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
-            continue
-        short = CLEAR * error / clear if clear > 0.0 else math.inf
-        if (crossed != 0 or near <= CLEAR * error) and not search.decay > 1.0:
-            short = greater(short, 1.0)
-        if short > worst and (short < 1.0 or is_noise(run, e, error) == 0):
-            worst, search.culprit = short, e
-    return worst
-
-
-@part
-def error_between(run: Run, e: int) -> float:
-    """Return the error r of the polynomial through the values of a function at the ends of the equal parts.
-
-    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶, and the higher ones, Δ⁷, Δ⁸ and 16 r.
-    """
-    search, table, row = run.search, run.search.table, run.search.differences
-    first, final = -table[1, e], -table[PARTS + 1, e]
-    for k in unrolled(0, PARTS + 1):
-        row[k] = table[EVEN[k], e]
-        first += AT_MARGIN[k] * table[EVEN[k], e]
-        final += AT_MARGIN[k] * table[EVEN[PARTS - k], e]
-    low, high = 0.0, 0.0
-    for order in range(1, PARTS + 1):
-        for k in range(PARTS + 1 - order):
-            row[k] = row[k + 1] - row[k]
-            if order > PARTS - 2:
-                high = greater(high, abs(row[k]))
-            elif order > PARTS - 4:
-                low = greater(low, abs(row[k]))
-    error = greater(abs(row[0]) / 70.0, greater(abs(first), abs(final)) / (PARTS * PARTS * MARGIN))
-    search.decay = low / greater(high, CLEAR * error)
-    return error
-
-
-@part
-def is_noise(run: Run, e: int, error: float) -> int:
-    """Return 1 if the error of a function comes from round-off: the function changes as much in the shortest time."""
-    search, jump = run.search, 0.0
-    shortest = 64.0 * EPS * greater(1.0, abs(run.t / run.h))
-    for k in range(PARTS):
-        x = search.seen + (k + 0.5) / PARTS * search.span
-        jump = greater(jump, abs(event_value(run, e, x + shortest) - event_value(run, e, x)))
-    return 1 if error <= CLEAR * CLEAR * jump else 0
-
-
-@part
-def evaluate(run: Run, x: float) -> None:
-    """Evaluate all event functions at the row point, the state at the fraction ``x`` of the step."""
-    search = run.search
-    search.functions(run.t + x * run.h, run.point, search.c, search.g)
-
-
-@part
-def event_value(run: Run, e: int, x: float) -> float:
-    """Return event function ``e`` at the fraction ``x`` of the step."""
-    dense_state(run, x)
-    evaluate(run, x)
-    return run.search.g[e]
 
 
 @part
@@ -365,21 +252,6 @@ def _dip(run: Run, e: int, x0: float, x1: float, x2: float, g0: float, g1: float
         else:
             x2, g2 = x, gx
     return -1.0
-
-
-@part
-def last_value(run: Run, e: int, lower: float, upper: float) -> float:
-    """Return the last fraction of the step at which event function ``e`` has a value. It has one at ``lower``, none at
-    ``upper``.
-    """
-    for _ in range(52):
-        x = 0.5 * (lower + upper)
-        gx = event_value(run, e, x)
-        if gx == gx:
-            lower = x
-        else:
-            upper = x
-    return lower
 
 
 @part

@@ -31,10 +31,19 @@ STAGES = 16
 # MARGIN is the distance of these two points from the ends, as a fraction of the window: they show the slope there.
 PARTS, MARGIN = 8, 0.001
 POINTS, EVENLY = PARTS + 3, PARTS + 1
-AT_MARGIN = tuple(
-    math.prod((PARTS * MARGIN - j) / (k - j) for j in range(PARTS + 1) if j != k) for k in range(PARTS + 1)
-)
-"""Weights by which the polynomial of degree 8 through the values at the ends of the parts gives the value at MARGIN."""
+
+
+def at_margin(parts: int) -> tuple[float, ...]:
+    """Return the weights by which the polynomial through the values at the ends of the parts gives that at MARGIN.
+
+    >>> at_margin(1)
+    (0.999, 0.001)
+    """
+    ends, x = range(parts + 1), parts * MARGIN
+    return tuple(math.prod((x - j) / (k - j) for j in ends if j != k) for k in ends)
+
+
+AT_MARGIN = at_margin(PARTS)
 CLEAR = 16.0
 """Multiple of its error within which a function may have zeros that the points do not show: a vibration is resolved by
 six points in a period."""
@@ -343,7 +352,7 @@ def memory(method: str, n: int, m: int = 0) -> tuple[Run, Any]:
 
 def sizes(n: int, m: int) -> dict[str, int]:
     """Return the sizes of the rows of `Run`."""
-    return {"n": n, "width": padded(n), "count": m, "columns": m + 1, "zeros": most_events(m)}
+    return {"n": n, "width": padded(n), "count": m, "columns": padded(m + 1), "zeros": most_events(m)}
 
 
 def own_memory(method: str, run: Run) -> Any:

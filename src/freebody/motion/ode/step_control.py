@@ -45,7 +45,7 @@ from ...native.instructions import (
     root,
     where,
 )
-from . import event_search, states
+from . import event_search, states, window
 from .event_search import MOST, TOO_LONG, find_events, log_events
 from .layout import (
     COLLAPSED,
@@ -82,9 +82,9 @@ class Functions(dict[str, Compiled]):
 
     def __init__(self, method: Method, watched: bool = True) -> None:
         space = {
-            **vars(states), **vars(event_search), **globals(), "method": method, "watched": watched,
+            **vars(states), **vars(window), **vars(event_search), **globals(), "method": method, "watched": watched,
         }  # fmt: skip
-        bound = (module.part.bound(space) for module in (states, event_search))
+        bound = (module.part.bound(space) for module in (states, window, event_search))
         super().__init__(
             {name: f for functions in bound for name, f in functions.items()} | part.bound(space)
         )

@@ -3,7 +3,7 @@
     machine    of q', of h - Q of M u' + h - Q = 0, of M w at fixed w, and of γ and G of the machine's own conditions
     rates      of the rates of these conditions
     mass       M and G
-    group k    of each output of the contact's kernel (`candidates`), at the same place
+    contact k  of each output of the contact's kernel (`candidates`), at the same place
     bearings   of the levers and forces of joints whose load bounds their friction, also along accelerations and forces
 
 The direction is (s, τ, dp): changes of q and u, of time, and of parameters.
@@ -99,11 +99,12 @@ def candidate_slopes(candidates: Candidates, symbols: Sequence[Any]) -> Program:
             for name, outputs in candidates.functions(state).items()
             if name.startswith("contact ")
         }
-        for contact, part, own in zip(
-            model.contacts, candidates.pattern.contacts, of_contacts.values(), strict=True
-        ):
+        for k in candidates.groups:
+            contact, part = model.contacts[k], candidates.pattern.contacts[k]
             if contact.compliant:
-                own[part.laws + 4] = normal_force_along(state, contact, symbols, direction)
+                of_contacts[f"contact {k}"][part.laws + 4] = normal_force_along(
+                    state, contact, symbols, direction
+                )
         return {
             "machine": along(state, machine, symbols, direction),
             "residuals": along(state, residuals, symbols, direction),

@@ -2,10 +2,11 @@
 
     machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions the residuals, the
                rates, γ and D^-½ L⁻¹ Gᵀ
-    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion, rates, biases, entries of W of each contact of
-               two bodies
+    pair k     gap and reaches of each contact of two bodies
+    contact k  gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion, rates, biases, entries of W of a contact, then of
+               what resists its rolling and spinning
 
-f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
+f are the generalized forces with u' = 0. The last are called only for contacts that are closed or watched. Solving
 with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
 """
 
@@ -39,6 +40,7 @@ from ...dynamics.linear import Factorization, entries
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
+from ...model.resistance import pressers
 from ...scalar.algebra import divide, is_always_zero
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
@@ -217,12 +219,26 @@ class Candidates:
         return {
             "machine": machine,
             **{f"pair {p}": values for p, values in enumerate(pairs)},
-            **{f"contact {k}": values for k, values in enumerate(outputs)},
+            **{f"contact {k}": [x for r in group for x in outputs[r]] for k, group in self.groups.items()},
         }
 
     def program(self) -> Program:
-        """Functions ``machine``, ``pair 0``, ``pair 1``, ..., and ``contact 0``, ``contact 1``, ..."""
+        """Functions ``machine``, ``pair 0``, ``pair 1``, ..., and ``contact 0``, ... of each of `groups`."""
         return self.kernels.program("candidates", self.functions)
+
+    @cached_property
+    def groups(self) -> Mapping[int, Sequence[int]]:
+        """Each contact and what resists its rolling and spinning, which closes with it: one kernel for all."""
+        of = pressers(self.model.contacts)
+        return {
+            k: (k, *(r for r, presser in enumerate(of) if presser == k)) for k in range(len(of)) if of[k] < 0
+        }
+
+    def kernel_of(self, k: int) -> tuple[str, slice]:
+        """Return the function with the outputs of a contact, or of a resistance, and their place there."""
+        leader = next(leader for leader, group in self.groups.items() if k in group)
+        start, size = sum(self.pattern.sizes[leader:k]), self.pattern.sizes[k]
+        return f"contact {leader}", slice(start, start + size)
 
     @property
     def pattern(self) -> Pattern:

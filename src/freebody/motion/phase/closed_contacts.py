@@ -24,8 +24,10 @@ With M = L D Lᵀ, every row stands as D^-½ L⁻¹ Gᵀ, so that G M⁻¹ Kᵀ 
 
 from __future__ import annotations
 
+import math
+
+from ...native.functions import components
 from ...native.instructions import Integers, Reals, compiled, greater, inlined, root
-from ..cones.elimination import solved
 from . import laws
 from .contact_outputs import (
     adhesion_of,
@@ -34,9 +36,10 @@ from .contact_outputs import (
     forwarded,
     friction,
     given_force_of,
+    inner,
     moved,
-    product,
     rates_of,
+    row_added,
     row_taken,
     static_friction_of,
 )
@@ -58,7 +61,8 @@ def set_share(phase: PhaseData, k: int, slip: int) -> None:
     if slip == laws.ALONG:
         v = rates_of(phase, k)
         speed = root(v[1] * v[1] + v[2] * v[2])
-        share[0], share[1] = -mu * v[1] / speed, -mu * v[2] / speed
+        part = -mu / speed
+        share[0], share[1] = part * v[1], part * v[2]
     elif slip == laws.FIXED:
         for j in range(2):
             share[j] = -static_friction_of(phase, k) * phase.direction[k, j]
@@ -77,49 +81,52 @@ def force_row(phase: PhaseData, i: int) -> Reals:
 
 @compiled
 def rows_made(phase: PhaseData) -> None:
-    """Set the rows of G, and of K where it differs from G, of all conditions."""
-    n = phase.n
+    """Set the rows of G of all conditions."""
     for i in range(phase.conditions):
         k, G = phase.source[i], phase.G[i]
         if k < 0:
             own = phase.own_G[-1 - k]
-            for p in range(n):
+            for p in range(phase.n):
                 G[p] = own[p]
         else:
             row_taken(phase, phase.first[k] + phase.row_of[i], G)
             forwarded(phase, G)
-            if phase.force_row[i] != i:
-                K = force_row(phase, i)
-                for p in range(n):
-                    K[p] = G[p]
-                if phase.slip[i] != laws.NO_SLIP:
-                    add_friction(phase, K, k, phase.slip[i])
-                r = k + 1
-                while r < phase.contacts and phase.presser[r] == k:
-                    if phase.pushed[r] != laws.NO_SLIP:
-                        add_friction(phase, K, r, phase.pushed[r])
-                    r += 1
+
+
+@compiled
+def loads_made(phase: PhaseData) -> None:
+    """Set the rows of K where they differ from those of G: what friction adds is summed before it is forwarded."""
+    n = phase.n
+    for i in range(phase.own, phase.conditions):
+        if phase.force_row[i] != i:
+            k, G, K = phase.source[i], phase.G[i], force_row(phase, i)
+            for p in range(n):
+                K[p] = 0.0
+            if phase.slip[i] != laws.NO_SLIP:
+                add_friction(phase, K, k, phase.slip[i])
+            r = k + 1
+            while r < phase.contacts and phase.presser[r] == k:
+                if phase.pushed[r] != laws.NO_SLIP:
+                    add_friction(phase, K, r, phase.pushed[r])
+                r += 1
+            forwarded(phase, K)
+            for p in range(n):
+                K[p] += G[p]
 
 
 @compiled
 def add_friction(phase: PhaseData, K: Reals, k: int, slip: int) -> None:
     """Add the friction of a slip, or the moments that resist rolling or spinning, per unit of normal force to K."""
-    spare = phase.spare
     set_share(phase, k, slip)
     for j in range(phase.tangents[k]):
-        row_taken(phase, phase.first[k] + 1 + j, spare)
-        forwarded(phase, spare)
-        for p in range(phase.n):
-            K[p] += phase.share[k, j] * spare[p]
+        row_added(phase, phase.first[k] + 1 + j, phase.share[k, j], K)
 
 
-@compiled
+@inlined
 def gamma_of(phase: PhaseData, i: int) -> float:
     """Return γ of a condition."""
     k = phase.source[i]
-    if k < 0:
-        return phase.gamma[-1 - k]
-    return biases_of(phase, k)[phase.row_of[i]]
+    return phase.gamma[-1 - k] if k < 0 else biases_of(phase, k)[phase.row_of[i]]
 
 
 # --- forces --------------------------------------------------------------------------------------
@@ -133,8 +140,10 @@ def shared(phase: PhaseData) -> int:
         weight[j] = 1.0
         for a in range(phase.active):
             G = phase.G[phase.independent[a]]
-            Q[j, a] = product(G, phase.G[j], n)
-            S[j, a] = product(G, force_row(phase, j), n) if phase.slipping != 0 else Q[j, a]
+            Q[j, a] = inner(G, phase.G[j], n)
+            S[j, a] = Q[j, a]
+            if phase.force_row[j] != j:
+                S[j, a] = inner(G, force_row(phase, j), n)
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
@@ -169,29 +178,33 @@ def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
 @compiled
 def weighted(phase: PhaseData) -> int:
     """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``; return 0 and leave λ if S W Qᵀ is singular, else 1."""
-    count, active, square, copy = phase.conditions, phase.active, phase.square, phase.spare_square
+    count, active, square, given = phase.conditions, phase.active, phase.square, phase.given_square
     nu, lam, weight, S, Q = phase.nu, phase.lam, phase.weight, phase.S, phase.Q
-    for k in range(active * active):
-        square[k] = 0.0
-    for j in range(count):  # sums side by side, not one after another
+    for a in range(active):
+        row = given[a]
+        for b in components(active):
+            row[b] = 0.0
+    for j in range(count):
+        of_j = Q[j]
         for a in range(active):
-            x = S[j, a] * weight[j]
-            for b in range(active):
-                square[a * active + b] += x * Q[j, b]
+            x, row = S[j, a] * weight[j], given[a]
+            for b in components(active):
+                row[b] += x * of_j[b]
     # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
     for refined in range(2):
         for a in range(active):
-            nu[a] = phase.right[phase.independent[a]]
+            left, row, copy = phase.right[phase.independent[a]], given[a], square[a]
             if refined != 0:
                 for j in range(count):
-                    nu[a] -= S[j, a] * lam[j]
-        for k in range(active * active):
-            copy[k] = square[k]
-        if solved(copy, active, nu) == 0:
+                    left -= S[j, a] * lam[j]
+            for b in components(active):
+                copy[b] = row[b]
+            copy[active] = left
+        if eliminated(phase, active) == 0:
             return 0
         for j in range(count):
             first = lam[j] if refined != 0 else 0.0
-            lam[j] = first + weight[j] * product(nu, Q[j], active)
+            lam[j] = first + weight[j] * inner(nu, Q[j], active)
     return 1
 
 
@@ -207,18 +220,51 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
             lam[i] = 0.0
     for a in range(size):
         G = phase.G[chosen[a]]
-        nu[a] = phase.right[chosen[a]]
         if sliding != 0:
             for b in range(size):
-                square[a * size + b] = product(G, force_row(phase, chosen[b]), n)
+                square[a, b] = inner(G, force_row(phase, chosen[b]), n)
         else:
             for b in range(a + 1):
-                square[a * size + b] = product(G, phase.G[chosen[b]], n)
-                square[b * size + a] = square[a * size + b]
-    if solved(square, size, nu) == 0:
+                square[a, b] = inner(G, phase.G[chosen[b]], n)
+                square[b, a] = square[a, b]
+        square[a, size] = phase.right[chosen[a]]
+    if eliminated(phase, size) == 0:
         return 0
     for a in range(size):
         lam[chosen[a]] = nu[a]
+    return 1
+
+
+@compiled
+def eliminated(phase: PhaseData, size: int) -> int:
+    """Set ν to the solution of the equations ``square``, whose right sides are in their last column.
+
+    Return 0 if they are singular, else 1. They are a few: a row is taken from all others (Gauss and Jordan), eight
+    numbers at a time, so that nothing is substituted one after another.
+    """
+    square = phase.square
+    for k in range(size):
+        p = k
+        for i in range(k + 1, size):
+            if abs(square[i, k]) > abs(square[p, k]):
+                p = i
+        if square[p, k] == 0.0 or not math.isfinite(square[p, k]):
+            return 0
+        above, greatest = square[k], square[p]
+        if p != k:
+            for c in components(size + 1):
+                x = above[c]
+                above[c] = greatest[c]
+                greatest[c] = x
+        inverse = 1.0 / square[k, k]
+        phase.nu[k] = inverse
+        for i in range(size):
+            if i != k:
+                part, row = square[i, k] * inverse, square[i]
+                for c in components(size + 1):
+                    row[c] -= part * above[c]
+    for k in range(size):
+        phase.nu[k] *= square[k, size]
     return 1
 
 
@@ -264,18 +310,20 @@ def balance(phase: PhaseData) -> int:
     if phase.held_count + phase.adhesive_count > 0:
         push(phase, z)
     rows_made(phase)
+    if phase.slipping != 0:
+        loads_made(phase)
+    for p in range(n):
+        w[p] = z[p]
     for i in range(count):
-        phase.right[i] = -(gamma_of(phase, i) + product(phase.G[i], z, n))
+        phase.right[i] = -(gamma_of(phase, i) + inner(phase.G[i], w, n))
     good = 1
     if count > phase.active:
         good = shared(phase)
     elif count > 0:
         good = independent(phase, phase.independent, count, phase.slipping)
-    for p in range(n):
-        w[p] = z[p]
     for i in range(count):
         x, K, k = phase.lam[i], force_row(phase, i), phase.source[i]
-        for p in range(n):
+        for p in components(n):
             w[p] += x * K[p]
         if k < 0:
             phase.multiplier[phase.number[-1 - k]] = x

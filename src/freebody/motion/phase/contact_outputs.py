@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, call, compiled, inlined
+from ...native.functions import components
+from ...native.instructions import Integers, Real, Reals, Row, call, compiled, inlined
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
 
@@ -25,7 +26,8 @@ def touched(contacts: Integers, count: int, t: float, y: Reals, phase: PhaseData
     """Call the kernels of some contacts."""
     for i in range(count):
         k = contacts[i]
-        call(phase.touching[k], t, y, 0, phase.machine_c, phase.touch, phase.touch_at[k])
+        if phase.touching[k] != 0:  # what resists rolling and spinning comes with its contact
+            call(phase.touching[k], t, y, 0, phase.machine_c, phase.touch, phase.touch_at[k])
 
 
 @inlined
@@ -98,8 +100,12 @@ def force_of(phase: PhaseData, k: int) -> Reals:
 @compiled
 def forwarded(phase: PhaseData, v: Reals) -> None:
     """Replace v, in the order of elimination, by D^-½ L⁻¹ v."""
-    L, below = phase.L, phase.below
-    for k in range(phase.n):
+    L, below, n = phase.L, phase.below, phase.n
+    if phase.starts[n] == 0:  # M is diagonal: a free body
+        for k in range(n):
+            v[k] *= phase.scale[k]
+        return
+    for k in range(n):
         x = v[k]
         if x != 0.0:
             for p in range(phase.starts[k], phase.starts[k + 1]):
@@ -129,6 +135,14 @@ def row_taken(phase: PhaseData, r: int, v: Reals) -> None:
         v[columns[p]] = W[p]
 
 
+@inlined
+def row_added(phase: PhaseData, r: int, part: float, v: Reals) -> None:
+    """Add a part of row r of the contacts to v, in the order of elimination."""
+    columns, W = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :]
+    for p in range(phase.entries[r]):
+        v[columns[p]] += part * W[p]
+
+
 @compiled
 def row_along(phase: PhaseData, r: int, u: Reals) -> float:
     """Return row r of the contacts times u, in the order of the speeds."""
@@ -143,6 +157,15 @@ def product(a: Reals, b: Reals, n: int) -> float:
     """Return a · b."""
     total = 0.0
     for k in range(n):
+        total += a[k] * b[k]
+    return total
+
+
+@inlined
+def inner(a: Row, b: Row, n: int) -> float:
+    """Return a · b of rows of a record, eight components at a time."""
+    total: Real = 0.0
+    for k in components(n):
         total += a[k] * b[k]
     return total
 
@@ -202,3 +225,10 @@ def direct(it: PhaseSlopes, y: Reals, w: Reals, s: Reals) -> None:
         it.given[i], it.s[i] = y[i], s[i]
     for i in range(it.n):
         it.w[i] = w[i]
+
+
+@compiled
+def touch_along(t: float, it: PhaseSlopes, phase: PhaseData, k: int) -> None:
+    """Call the kernel of a contact, which has the outputs of what resists its rolling and spinning, too."""
+    if it.touching[k] != 0:
+        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
+from ...native.records import padded
 from ..kernels.contact_quantities import NAMES, Asked
 from ..kernels.hoisted import Hoisted
 from ..ode.dense_output import Array
@@ -126,7 +127,7 @@ def _made(
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
-        square_of_active=active * active,
+        equations=padded(active + 1), width=padded(n),
         asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked),
         rows_of_G_and_K=conditions + slipping, **constants,
     )  # fmt: skip
@@ -158,7 +159,8 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     """Write the kernels of the contacts, and the places in their outputs."""
     scene, pattern = phase.scene, phase.scene.candidates.pattern
     data.gaps_of[:] = [program.address(f"pair {p}") for p in range(data.pairs)]
-    data.touching[:] = [program.address(f"contact {k}") for k in range(data.contacts)]
+    for k in scene.candidates.groups:
+        data.touching[k] = program.address(f"contact {k}")
     data.gaps_at[:], data.touch_at[:] = (_before(sizes) for sizes in (pattern.pairs, pattern.sizes))
     data.order[:], data.starts[:], data.below[:] = pattern.order, pattern.starts, pattern.below
     data.columns[:], data.first[:], data.tangents[:] = pattern.columns, scene.first, scene.tangents

@@ -45,7 +45,8 @@ def heat_of_friction(phase: PhaseData) -> float:
                 for j in range(phase.tangents[k]):
                     heat -= F[1 + j] * v[1 + j]
     if phase.held_count > 0:
-        for k in range(phase.contacts):
+        for i in range(phase.closed_count):
+            k = phase.closed[i]
             if phase.pushed[k] != laws.NO_SLIP:
                 F, v = force_of(phase, k), rates_of(phase, k)
                 for j in range(phase.tangents[k]):

@@ -36,7 +36,7 @@ class PhaseData(Record):
     ``bearings``                of each joint with loaded friction, its lever and the forces at two places
     ``derived``                 a function of the state, accelerations, forces and multipliers
     ``gaps_of``, ``touching``   addresses of kernels: gaps and reaches between the bodies of each pair, and all of each
-                                contact, with the constants of ``machine``
+                                contact and its resistances, which have none, with the constants of ``machine``
 
     Outputs of ``machine``, one after another:
 
@@ -83,7 +83,8 @@ class PhaseData(Record):
                                 each condition
     ``right``, ``lam``, ``weight``    right-hand sides, λ, and the diagonal of W
     ``S``, ``Q``                G M⁻¹ Kᵀ and G M⁻¹ Gᵀ; for each condition, a number for each active one
-    ``square``, ``spare_square``, ``nu``    equations of active conditions, a copy, and their right-hand sides
+    ``square``, ``given_square``, ``nu``    equations of active conditions with their right-hand sides, these without,
+                                and their solution
 
     ``law``, ``owner``, ``sign``, ``place``    of each ending: its law, contact, sign, and reach or -1
 
@@ -191,21 +192,23 @@ class PhaseData(Record):
     slip: Annotated[Wholes, "most_conditions"]
     normal_of: Annotated[Wholes, "most_conditions"]
     force_row: Annotated[Wholes, "most_conditions"]
-    G: Annotated[Rows, "rows_of_G_and_K", "n"]
+    width: Count
+    G: Annotated[Rows, "rows_of_G_and_K", "width"]
     most_conditions: Count
     right: Annotated[Row, "most_conditions"]
     lam: Annotated[Row, "most_conditions"]
     weight: Annotated[Row, "most_conditions"]
     S: Annotated[Rows, "most_conditions", "most_active"]
-    Q: Annotated[Rows, "most_conditions", "most_active"]
-    square: Annotated[Row, "square_of_active"]
-    spare_square: Annotated[Row, "square_of_active"]
-    nu: Annotated[Row, "most_active"]
+    equations: Count
+    Q: Annotated[Rows, "most_conditions", "equations"]
+    square: Annotated[Rows, "most_active", "equations"]
+    given_square: Annotated[Rows, "most_active", "equations"]
+    nu: Annotated[Row, "equations"]
     law: Annotated[Wholes, "endings"]
     owner: Annotated[Wholes, "endings"]
     sign: Annotated[Wholes, "endings"]
     place: Annotated[Wholes, "endings"]
-    step: Annotated[Row, "n"]
+    step: Annotated[Row, "width"]
     spare: Annotated[Row, "n"]
     base: Annotated[Row, "of_y"]
     beside: Annotated[Row, "of_y"]

@@ -23,7 +23,7 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, greater, root
+from ...native.instructions import Reals, compiled, greater, root
 from ..cones.elimination import solved
 from . import laws
 from .bearings import loads_along, solve
@@ -52,6 +52,7 @@ from .contact_outputs import (
     product,
     rates_of,
     row_taken,
+    touch_along,
 )
 from .phase_kernels import rates
 from .phase_record import PhaseData
@@ -197,8 +198,7 @@ def slope(t: float, it: PhaseSlopes, phase: PhaseData) -> None:
     Forces are NAN where contacts without load share them.
     """
     for i in range(phase.closed_count):
-        k = phase.closed[i]
-        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        touch_along(t, it, phase, phase.closed[i])
     sharing = sharing_of(t, it, phase)
     for p in range(it.n):
         it.w[p] = phase.udot[p]
@@ -350,8 +350,7 @@ def slopes(t: float, y: Reals, c: Reals, out: Reals) -> None:
         it.rest[m] = y[at + n_q + n + m]
     slope(t, it, phase)
     for i in range(phase.open_count):
-        k = phase.open[i]
-        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        touch_along(t, it, phase, phase.open[i])
     for i in range(n_q):
         out[i] = it.q_dot[i]
     for i in range(n):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled
+from ...native.instructions import Reals, compiled
 from .closed_contacts import NAN, independent, rows_made
-from .contact_outputs import closed_touched, direct, evaluated, moved, rates_of
+from .contact_outputs import closed_touched, direct, evaluated, moved, rates_of, touch_along
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
 
@@ -127,8 +127,7 @@ def corrected_state(t: float, y: Reals, c: Reals, out: Reals) -> None:
 def keep(t: float, it: PhaseSlopes, phase: PhaseData, speeds: int) -> None:
     """Set ``udot`` to the least step that takes from a direction the change of the conditions, or of their rates."""
     for i in range(phase.closed_count):
-        k = phase.closed[i]
-        call(it.touching[k], t, it.given, 0, it.machine_c, it.touch, phase.touch_at[k])
+        touch_along(t, it, phase, phase.closed[i])
     if it.own > 0:
         if speeds != 0:
             it.speeds(t, it.given, it.machine_c, it.change)

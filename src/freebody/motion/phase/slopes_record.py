@@ -110,7 +110,8 @@ def phase_slopes(
     it.machine_c[: constants.size] = constants
     it.machine, it.phase = program.address("machine"), phase
     it.residuals, it.speeds = program.address("residuals"), program.address("rates")
-    it.touching[:] = [program.address(f"contact {k}") for k in range(len(scene.first))]
+    for k in scene.candidates.groups:
+        it.touching[k] = program.address(f"contact {k}")
     for j, row in enumerate(seeds):
         it.seeds[j, :m] = row
     it.shifts[:] = shifts

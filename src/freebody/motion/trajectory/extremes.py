@@ -216,7 +216,7 @@ def _resolved(steps: Array, function: Function, names: Sequence[str]) -> tuple[A
 
 
 def _error(samples: Array) -> Array:
-    """Return the error of the polynomial through the even points of windows, as `event_search.error_between` does."""
+    """Return the error of the polynomial through the even points of windows, as `window.error_between` does."""
     even = samples[..., : PARTS + 1, :]
     middle = np.abs(np.einsum("k,...kq->...q", _NINTH, even)) / 70
     ends = np.abs(np.einsum("ek,...kq->...eq", _ALMOST, even) - samples[..., PARTS + 1 :, :]).max(axis=-2)
@@ -232,7 +232,7 @@ def _unseen(both: Array, best: Array) -> Any:
 
 
 def _is_noise(begins: Array, spans: Array, samples: Array, function: Function) -> Any:
-    """Return the windows in which the error comes from round-off, as `event_search.is_noise` does."""
+    """Return the windows in which the error comes from round-off, as `window.is_noise` does."""
     times = begins[:, None] + spans[:, None] * (_EVEN[:-1] + 0.5 / PARTS)
     shortest = 64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
     n = samples.shape[-1]

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
-import sympy
 
 from ....dynamics import State, kinetic_energy, potential_energy
 from ....errors import NoDerivativesError, SimulationError

@@ -137,7 +137,8 @@ class Slopes:
 
     def of_contact(self, k: int, t: float, y: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivatives of the outputs of a contact's kernel along a direction."""
-        return self._output(f"contact {k}", t, y, np.zeros(self.model.n_u), s, tau, dp)
+        name, own = self.scene.candidates.kernel_of(k)
+        return self._output(name, t, y, np.zeros(self.model.n_u), s, tau, dp)[own]
 
     def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivative of M w along a direction."""
@@ -170,9 +171,11 @@ class Slopes:
 
     def outputs(self, k: int, t: float, y: Array) -> Array:
         """Return the outputs of a contact's kernel."""
-        program, name = self.scene.candidates.program(), f"contact {k}"
+        program, (name, own) = self.scene.candidates.program(), self.scene.candidates.kernel_of(k)
         constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)
+        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)[
+            own
+        ]
 
     def own(self, touches: Array, k: int) -> Array:
         """Return the outputs of a contact among those of all."""
