@@ -128,8 +128,10 @@ def constant(value: Any, kind: Any) -> Any:
 
 def cast(builder: Any, value: Any, kind: Any) -> Any:
     """The value as an LLVM value of this type."""
+    if value.__class__ is Value and value.type is kind:
+        return value
     present = kind_of(value)
-    if (present is kind or present == kind) and not is_number(value):
+    if present == kind and not is_number(value):
         return value
     lanes, element = lanes_of(kind), element_of(kind)
     pointers = isinstance(kind, ir.PointerType) or isinstance(present, ir.PointerType)

@@ -282,6 +282,10 @@ class Builder:
         text = f"getelementptr {kind_text(kind)}, ptr {_name(pointer)}, {at}"
         return self._new(pointer.type if len(places) == 1 else kind.element.as_pointer(), text)
 
+    def inside(self, pointer: Any, distance: int, kind: Any) -> Value:
+        """Pointer of this type to what stands so many bytes behind another."""
+        return self._new(kind, f"getelementptr i8, ptr {_name(pointer)}, i64 {distance}")
+
     def load(self, pointer: Any, align: int | None = None, constant: bool = False) -> Value:
         """Number or pointer in memory. No code changes what is ``constant``: LLVM then loads it once, although rows
         are written meanwhile.

@@ -258,15 +258,15 @@ class Expressions(Ways):
     def constant_truth(self, node: ast.expr) -> bool | None:
         """Truth value of a condition that does not depend on the arguments; None if it does."""
         if isinstance(node, ast.BoolOp):
-            decisive, known = isinstance(node.op, ast.Or), True
+            decisive, open_parts = isinstance(node.op, ast.Or), []
             for part in node.values:
                 truth = self.constant_truth(part)
-                if truth is decisive:
-                    return decisive
-                known = known and truth is not None
-                if truth is None and any(isinstance(x, ast.Call) for x in ast.walk(part)):
-                    return None  # what it calls may write to memory
-            return not decisive if known else None
+                if truth is None:
+                    open_parts.append(part)
+                elif truth is decisive:  # what is called before it may write to memory
+                    calls = any(isinstance(x, ast.Call) for part in open_parts for x in ast.walk(part))
+                    return None if calls else decisive
+            return None if open_parts else not decisive
         return None if self.varies(node) else bool(self.value(node))
 
     def varies(self, node: ast.AST) -> bool:
