@@ -141,21 +141,13 @@ class Ways:
             return True
         self.values = {}
         for name, value in first.items():
-            constant = is_number(value) or isinstance(value, tuple)
-            if constant and any(values.get(name) is not value for _, values in others):
-                continue
-            if all(name in values for _, values in others):
-                self.values[name] = self._met(value, [(block, values[name]) for block, values in join.ways])
+            if all([values.get(name) is value for _, values in others]):
+                self.values[name] = value
+            elif not is_number(value) and not isinstance(value, tuple) and all(name in x for _, x in others):
+                self.values[name] = result = self.builder.phi(value.type)
+                for block, values in join.ways:
+                    result.add_incoming(values[name], block)
         return True
-
-    def _met(self, value: Any, ways: Sequence[tuple[Any, Any]]) -> Any:
-        """Return the value of one variable, whichever way leads here."""
-        if all(other is value for _, other in ways):
-            return value
-        result = self.builder.phi(value.type)
-        for block, other in ways:
-            result.add_incoming(other, block)
-        return result
 
     def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
         """Begin a loop: its first block, and the meetings there of the variables that it changes."""
@@ -277,6 +269,10 @@ class Expressions(Ways):
             return True
         if isinstance(node, ast.Attribute):
             return self.varies(node.value)
+        if isinstance(node, ast.Compare):
+            return self.varies(node.left) or any(map(self.varies, node.comparators))
+        if isinstance(node, ast.Constant):
+            return False
         return any(isinstance(part, ast.expr) and self.varies(part) for part in ast.iter_child_nodes(node))
 
     def branch(self, node: ast.expr, yes: Join, no: Join, unlikely: bool = False) -> None:

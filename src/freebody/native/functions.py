@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,11 @@ class Compiled:
         }  # fmt: skip
         annotations: list[Any] = [records.get(x, x) for x in function.__annotations__.values()] or [""]
         self.arguments, self.result = annotations[:-1], annotations[-1]
+
+    @cached_property
+    def has_width(self) -> bool:
+        """Whether its types depend on the width."""
+        return any(map(is_wide, (*self.arguments, self.result)))
 
     def __call__(self, *arguments: Any) -> Any:
         """Raise an error: only compiled code can call this object."""

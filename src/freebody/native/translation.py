@@ -30,7 +30,7 @@ from llvmlite import ir
 from ..unreachable import no_collection
 from .arithmetic import REAL, WHOLE, Refusal, constant
 from .builder import Builder, ConstantTable, Function, Module
-from .functions import Compiled, Inlined, is_wide, signature
+from .functions import Compiled, Inlined, signature
 from .record_access import RecordPointer
 from .statements import Body
 
@@ -99,12 +99,12 @@ class Unit:
 
     def declare(self, compiled: Compiled, lanes: int, name: str = "", internal: bool = False) -> Any:
         """Declare a function, which is translated later. A function without a name stays internal to the module."""
-        if not any(map(is_wide, (*compiled.arguments, compiled.result))):
+        if not compiled.has_width:
             lanes = 1
         key = id(compiled), lanes
         if key not in self._declared:
             *arguments, result = signature(compiled, lanes)
-            suffix = f".{lanes}" if any(map(is_wide, (*compiled.arguments, compiled.result))) else ""
+            suffix = f".{lanes}" if compiled.has_width else ""
             own = self._name(name or f"{compiled.function.__name__}{suffix}")
             function = Function(self.module, ir.FunctionType(result, arguments), own)
             for k, kind in enumerate(arguments):
