@@ -7,7 +7,7 @@ of instructions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
@@ -110,17 +110,20 @@ class Function(Value):
         self.blocks.append(Block(self, self.new()))
         return self.blocks[-1]
 
+    def _head(self, word: str, names: Sequence[str]) -> str:
+        kinds = map(kind_text, self.function_type.args)
+        arguments = ", ".join(map("{} {}{}".format, kinds, self.of_arguments, names))
+        head = f"{word} {kind_text(self.function_type.return_type)} {self.name}({arguments})"
+        return f"{head} {' '.join(sorted(self.attributes))}"
+
+    def declared(self) -> str:
+        """Return the text for a module that calls the function, which another defines."""
+        return self._head("declare", ["" for _ in self.args])
+
     def __str__(self) -> str:
-        result = kind_text(self.function_type.return_type)
-        kinds = [*map(kind_text, self.function_type.args)]
         if not self.blocks:
-            return f"declare {result} {self.name}({', '.join(kinds)})"
-        arguments = ", ".join(
-            f"{kind} {about}{value.name}"
-            for kind, about, value in zip(kinds, self.of_arguments, self.args, strict=True)
-        )
-        head = f"define {self.linkage}{result} {self.name}({arguments}) {' '.join(sorted(self.attributes))}"
-        lines = [head, "{"]
+            return self.declared()
+        lines = [self._head(f"define {self.linkage}".rstrip(), [value.name for value in self.args]), "{"]
         for block in self.blocks:
             lines.append(f"{block.name}:")
             lines += map(str, block.lines)
@@ -155,8 +158,16 @@ class Module:
         return f"!{self.metadata.setdefault(text, len(self.metadata))}"
 
     def __str__(self) -> str:
+        return self.without(())
+
+    def without(self, functions: Collection[Function]) -> str:
+        """Text in which these functions are declared only."""
+        parts = [
+            item.declared() if isinstance(item, Function) and item in functions else str(item)
+            for item in self.globals.values()
+        ]
         notes = [f"!{number} = {text}" for text, number in self.metadata.items()]
-        return "\n".join([*map(str, self.globals.values()), *notes, ""])
+        return "\n".join([*parts, *notes, ""])
 
 
 class Builder:

@@ -21,8 +21,8 @@ OPTIMISATION = 1
 LONG = 1 << 24
 """Length in characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
-COLD = "optnone"
-"""Attribute of a function that LLVM's passes leave as it is."""
+OWN = "own."
+"""Begin of the names of functions that two texts share: LLVM knows functions of the C library by their names."""
 
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
@@ -98,30 +98,36 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
 
 
 def optimised_code(
-    text: str, name: str = THIS, *, passes: str = "all", wide: bool = False
+    text: str, name: str = THIS, *, passes: str = "all", wide: bool = False, others: str = ""
 ) -> tuple[bytes, list[str]]:
     """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
     calls.
 
     ``passes`` "all" are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code
-    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "hot" gives all
-    passes to the functions without `COLD` among their attributes, and a few to the others. "none" are plain
-    instructions for what runs rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors: vectorisation
-    only doubles its time.
+    that is no faster. Code whose loops have few rounds is as fast after "few" passes, in half the time. "none" are
+    plain instructions for what runs rarely, in a tenth of the time. In ``wide`` code the lanes are the vectors:
+    vectorisation only doubles its time.
+
+    ``others`` is the text of functions that the first ones call and that call them (`translation.by_heat`): they get a
+    few passes.
     """
     initialize()
     machine = _machine(0 if passes == "none" else OPTIMISATION, name=name)
-    module = _parsed(text, name)
+    context = llvm.create_context()
+    module = _parsed(text, name, context)
     options = llvm.create_pipeline_tuning_options(speed_level=0 if passes == "none" else 1)
     if wide:
         options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
     builder = llvm.create_pass_builder(machine, options)
-    if passes != "few":
-        builder.getModulePassManager().run(module, builder)
-    if passes == "hot":
-        module = _parsed(str(module).replace(f" {COLD}", ""), name)
-    if passes in ("few", "hot"):
-        _few_passes().run(module, builder)
+    manager = _few_passes() if passes == "few" else builder.getModulePassManager()
+    manager.run(module, builder)
+    if others:
+        more = _parsed(others, name, context)
+        _few_passes().run(more, builder)
+        module.link_in(more)
+        for function in module.functions:
+            if function.name.startswith(OWN):
+                function.linkage = "internal"
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions
     return _emitted(module, machine), sorted(set(LIBRARY).intersection(called))
@@ -141,8 +147,8 @@ def _emitted(module: Any, machine: Any) -> bytes:
             llvm.set_option("freebody", f"{_WITHOUT_REDUCTION}=false")
 
 
-def _parsed(text: str, name: str) -> Any:
-    module = llvm.parse_assembly(text, context=llvm.create_context())
+def _parsed(text: str, name: str, context: Any) -> Any:
+    module = llvm.parse_assembly(text, context=context)
     module.triple, module.data_layout = target.named(name).triple, layout(name)
     return module
 
