@@ -30,7 +30,6 @@ LIBRARY = (
 )  # fmt: skip
 """Functions of the C library that code may call."""
 
-_WITHOUT_REDUCTION = "-disable-lsr"
 _emitting = threading.Lock()
 
 
@@ -94,7 +93,7 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
     if optimisation is None:
         optimisation = OPTIMISATION if len(text) < LONG else 0
     machine = _machine(optimisation, name)
-    return _emitted(llvm.parse_assembly(text, context=llvm.create_context()), machine)
+    return _emitted(llvm.parse_assembly(text, context=llvm.create_context()), machine, reduction=True)
 
 
 def optimised_code(
@@ -130,21 +129,21 @@ def optimised_code(
                 function.linkage = "internal"
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions
-    return _emitted(module, machine), sorted(set(LIBRARY).intersection(called))
+    return _emitted(module, machine, reduction=wide), sorted(set(LIBRARY).intersection(called))
 
 
-def _emitted(module: Any, machine: Any) -> bytes:
-    """Object code of a module, without strength reduction of the places in loops.
+def _emitted(module: Any, machine: Any, *, reduction: bool) -> bytes:
+    """Object code of a module, with strength reduction of the places in loops or without it.
 
-    It takes a fourth of code generation, and code is as fast without. LLVM has one such switch for a whole process, in
-    which others may use it, too.
+    It takes a fourth of code generation. Batches are 6 % faster with it, and loops of one run as fast without. LLVM has
+    one such switch for a process, which others may use, too.
     """
     with _emitting:
-        llvm.set_option("freebody", f"{_WITHOUT_REDUCTION}=true")
+        llvm.set_option("freebody", f"-disable-lsr={'false' if reduction else 'true'}")
         try:
             return bytes(machine.emit_object(module))
         finally:
-            llvm.set_option("freebody", f"{_WITHOUT_REDUCTION}=false")
+            llvm.set_option("freebody", "-disable-lsr=false")
 
 
 def _parsed(text: str, name: str, context: Any) -> Any:
