@@ -112,9 +112,12 @@ class Function(Value):
 
     def _head(self, word: str, names: Sequence[str]) -> str:
         kinds = map(kind_text, self.function_type.args)
-        arguments = ", ".join(map("{} {}{}".format, kinds, self.of_arguments, names))
+        parts = [
+            f"{kind} {about}{name}" for kind, about, name in zip(kinds, self.of_arguments, names, strict=True)
+        ]
+        arguments = ", ".join(part.rstrip() for part in parts)
         head = f"{word} {kind_text(self.function_type.return_type)} {self.name}({arguments})"
-        return f"{head} {' '.join(sorted(self.attributes))}"
+        return f"{head} {' '.join(sorted(self.attributes))}".rstrip()
 
     def declared(self) -> str:
         """Return the text for a module that calls the function, which another defines."""
