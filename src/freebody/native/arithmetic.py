@@ -34,7 +34,7 @@ _OF_PYTHON: dict[type, Callable[..., Any]] = {
 }  # fmt: skip
 _COMPARISONS = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 _NUMBERS = (bool, int, float)
-_KINDS = ((bool, TRUTH), (int, WHOLE), (float, REAL))
+_KINDS = {bool: TRUTH, int: WHOLE, float: REAL}
 _SINGLE = (ir.DoubleType, ir.IntType)
 """Classes of the types of one number."""
 _WORDS = {REAL: "a real number", WHOLE: "an integer", TRUTH: "a truth value"}
@@ -60,9 +60,11 @@ def kind_of(value: Any) -> Any:
     """LLVM type of a value; None for what has no type."""
     if value.__class__ is Value:
         return value.type
-    for python, kind in _KINDS:
-        if isinstance(value, python):
-            return kind
+    kind = _KINDS.get(value.__class__)
+    if kind is not None:
+        return kind
+    if is_number(value):  # of a class of its own, as NumPy's
+        return WHOLE if isinstance(value, int) else REAL
     return getattr(value, "type", None)
 
 
@@ -128,8 +130,10 @@ def constant(value: Any, kind: Any) -> Any:
 
 def cast(builder: Any, value: Any, kind: Any) -> Any:
     """The value as an LLVM value of this type."""
+    if value.__class__ is Value and value.type is kind:
+        return value
     present = kind_of(value)
-    if (present is kind or present == kind) and not is_number(value):
+    if present == kind and not is_number(value):
         return value
     lanes, element = lanes_of(kind), element_of(kind)
     pointers = isinstance(kind, ir.PointerType) or isinstance(present, ir.PointerType)

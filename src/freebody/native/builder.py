@@ -7,7 +7,7 @@ of instructions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
@@ -110,17 +110,23 @@ class Function(Value):
         self.blocks.append(Block(self, self.new()))
         return self.blocks[-1]
 
+    def _head(self, word: str, names: Sequence[str]) -> str:
+        kinds = map(kind_text, self.function_type.args)
+        parts = [
+            f"{kind} {about}{name}" for kind, about, name in zip(kinds, self.of_arguments, names, strict=True)
+        ]
+        arguments = ", ".join(part.rstrip() for part in parts)
+        head = f"{word} {kind_text(self.function_type.return_type)} {self.name}({arguments})"
+        return f"{head} {' '.join(sorted(self.attributes))}".rstrip()
+
+    def declared(self) -> str:
+        """Return the text for a module that calls the function, which another defines."""
+        return self._head("declare", ["" for _ in self.args])
+
     def __str__(self) -> str:
-        result = kind_text(self.function_type.return_type)
-        kinds = [*map(kind_text, self.function_type.args)]
         if not self.blocks:
-            return f"declare {result} {self.name}({', '.join(kinds)})"
-        arguments = ", ".join(
-            f"{kind} {about}{value.name}"
-            for kind, about, value in zip(kinds, self.of_arguments, self.args, strict=True)
-        )
-        head = f"define {self.linkage}{result} {self.name}({arguments}) {' '.join(sorted(self.attributes))}"
-        lines = [head, "{"]
+            return self.declared()
+        lines = [self._head(f"define {self.linkage}".rstrip(), [value.name for value in self.args]), "{"]
         for block in self.blocks:
             lines.append(f"{block.name}:")
             lines += map(str, block.lines)
@@ -155,8 +161,16 @@ class Module:
         return f"!{self.metadata.setdefault(text, len(self.metadata))}"
 
     def __str__(self) -> str:
+        return self.without(())
+
+    def without(self, functions: Collection[Function]) -> str:
+        """Text in which these functions are declared only."""
+        parts = [
+            item.declared() if isinstance(item, Function) and item in functions else str(item)
+            for item in self.globals.values()
+        ]
         notes = [f"!{number} = {text}" for text, number in self.metadata.items()]
-        return "\n".join([*map(str, self.globals.values()), *notes, ""])
+        return "\n".join([*parts, *notes, ""])
 
 
 class Builder:
@@ -281,6 +295,10 @@ class Builder:
         at = ", ".join([f"{kind_text(place.type)} {_name(place)}" for place in places])
         text = f"getelementptr {kind_text(kind)}, ptr {_name(pointer)}, {at}"
         return self._new(pointer.type if len(places) == 1 else kind.element.as_pointer(), text)
+
+    def inside(self, pointer: Any, distance: int, kind: Any) -> Value:
+        """Pointer of this type to what stands so many bytes behind another."""
+        return self._new(kind, f"getelementptr i8, ptr {_name(pointer)}, i64 {distance}")
 
     def load(self, pointer: Any, align: int | None = None, constant: bool = False) -> Value:
         """Number or pointer in memory. No code changes what is ``constant``: LLVM then loads it once, although rows

@@ -141,21 +141,13 @@ class Ways:
             return True
         self.values = {}
         for name, value in first.items():
-            constant = is_number(value) or isinstance(value, tuple)
-            if constant and any(values.get(name) is not value for _, values in others):
-                continue
-            if all(name in values for _, values in others):
-                self.values[name] = self._met(value, [(block, values[name]) for block, values in join.ways])
+            if all([values.get(name) is value for _, values in others]):
+                self.values[name] = value
+            elif not is_number(value) and not isinstance(value, tuple) and all(name in x for _, x in others):
+                self.values[name] = result = self.builder.phi(value.type)
+                for block, values in join.ways:
+                    result.add_incoming(values[name], block)
         return True
-
-    def _met(self, value: Any, ways: Sequence[tuple[Any, Any]]) -> Any:
-        """Return the value of one variable, whichever way leads here."""
-        if all(other is value for _, other in ways):
-            return value
-        result = self.builder.phi(value.type)
-        for block, other in ways:
-            result.add_incoming(other, block)
-        return result
 
     def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
         """Begin a loop: its first block, and the meetings there of the variables that it changes."""
@@ -258,15 +250,15 @@ class Expressions(Ways):
     def constant_truth(self, node: ast.expr) -> bool | None:
         """Truth value of a condition that does not depend on the arguments; None if it does."""
         if isinstance(node, ast.BoolOp):
-            decisive, known = isinstance(node.op, ast.Or), True
+            decisive, open_parts = isinstance(node.op, ast.Or), []
             for part in node.values:
                 truth = self.constant_truth(part)
-                if truth is decisive:
-                    return decisive
-                known = known and truth is not None
-                if truth is None and any(isinstance(x, ast.Call) for x in ast.walk(part)):
-                    return None  # what it calls may write to memory
-            return not decisive if known else None
+                if truth is None:
+                    open_parts.append(part)
+                elif truth is decisive:  # what is called before it may write to memory
+                    calls = any(isinstance(x, ast.Call) for part in open_parts for x in ast.walk(part))
+                    return None if calls else decisive
+            return None if open_parts else not decisive
         return None if self.varies(node) else bool(self.value(node))
 
     def varies(self, node: ast.AST) -> bool:
@@ -277,6 +269,10 @@ class Expressions(Ways):
             return True
         if isinstance(node, ast.Attribute):
             return self.varies(node.value)
+        if isinstance(node, ast.Compare):
+            return self.varies(node.left) or any(map(self.varies, node.comparators))
+        if isinstance(node, ast.Constant):
+            return False
         return any(isinstance(part, ast.expr) and self.varies(part) for part in ast.iter_child_nodes(node))
 
     def branch(self, node: ast.expr, yes: Join, no: Join, unlikely: bool = False) -> None:

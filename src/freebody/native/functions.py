@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,11 @@ class Compiled:
         }  # fmt: skip
         annotations: list[Any] = [records.get(x, x) for x in function.__annotations__.values()] or [""]
         self.arguments, self.result = annotations[:-1], annotations[-1]
+
+    @cached_property
+    def has_width(self) -> bool:
+        """Whether its types depend on the width."""
+        return any(map(is_wide, (*self.arguments, self.result)))
 
     def __call__(self, *arguments: Any) -> Any:
         """Raise an error: only compiled code can call this object."""
@@ -176,14 +182,17 @@ def signature(compiled: Compiled, lanes: int) -> list[Any]:
     function = compiled.function
     code = function.__code__
     where = f"({Path(code.co_filename).name}, line {code.co_firstlineno})"
-    parameters = inspect.signature(function).parameters.values()
-    for p in parameters:
-        if p.kind is not p.POSITIONAL_OR_KEYWORD or p.default is not p.empty:
+    names = [*code.co_varnames[: code.co_argcount]]
+    by_position = not code.co_posonlyargcount and not code.co_kwonlyargcount and not function.__defaults__
+    if not by_position or code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS):
+        parameters = inspect.signature(function).parameters.values()
+        for p in parameters:
+            if p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty:
+                continue
             raise TypeError(
                 f"Expected arguments by position without defaults for '{function.__name__}', which is to be machine "
                 f"code, got '{p}' {where}. Pass every argument."
             )
-    names = [p.name for p in parameters]
     if [*function.__annotations__] != [*names, "return"]:
         missing = [name for name in (*names, "return") if name not in function.__annotations__]
         raise TypeError(

@@ -78,7 +78,7 @@ def made(
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
     ``lanes`` is the width of the translation; ``passes`` are those of `codegen.optimised_code`, which the functions may
-    say themselves.
+    say themselves, or "hot": all for functions that are marked so (`instructions.hot`), a few for the others.
     ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
@@ -172,13 +172,15 @@ def _compiled(
     space: Mapping[str, Any], names: Sequence[str], lanes: int = 1, passes: str = "all",
 ) -> tuple[dict[str, Any], bytes]:  # fmt: skip
     """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
-    from .translation import translated  # imported late: not needed if the code is on the disk
+    from .translation import by_heat, translated  # imported late: not needed if the code is on the disk
 
     chosen, passes = {name: space[name] for name in names}, getattr(space, "passes", passes)
-    text = translated(
-        {f"loop_{name}": f for name, f in chosen.items()}, lanes, codegen.COLD if passes == "hot" else ""
-    )
-    code, needed = codegen.optimised_code(text, passes=passes, wide=lanes > 1)
+    public, others = {f"loop_{name}": f for name, f in chosen.items()}, ""
+    if passes == "hot":
+        text, others = by_heat(public, lanes)
+    else:
+        text = translated(public, lanes)
+    code, needed = codegen.optimised_code(text, passes=passes, wide=lanes > 1, others=others)
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)
         for name, f in chosen.items()

@@ -99,9 +99,7 @@ def field_of(pointer: Any, name: str) -> Field:
 
 def _inside(builder: Any, pointer: Any, distance: int, kind: Any) -> Any:
     """Pointer to a part of a record, so many bytes behind its first."""
-    result = builder.gep(pointer, [WHOLE(distance)])
-    result.type = kind  # pointers of LLVM have no types: no bitcast, of which there would be one for each use
-    return result
+    return builder.inside(pointer, distance, kind)
 
 
 def place(builder: Any, pointer: Any, field: Field, word: int = 0) -> Any:

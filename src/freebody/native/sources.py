@@ -14,6 +14,7 @@ seen; code with such imports passes the modules to `identity`.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from functools import cache
 from pathlib import Path
@@ -23,6 +24,7 @@ from ..version import IMPORTED
 PACKAGE = Path(__file__).parents[1]
 
 _IMPORT = re.compile(rb"from (\.+)([\w.]*) import (\([^)]*\)|[^\n]*)")
+_ITEM = re.compile(r"(\w+)(?: as \w+)?")
 _COMMENT = re.compile(rb"#[^\n]*")
 _stamps: dict[Path, int] = {}
 """Time of the last change [ns] of each file that was read."""
@@ -50,19 +52,39 @@ def closure(modules: tuple[str, ...], package: Path = PACKAGE) -> dict[str, byte
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        folder = package.joinpath(*name.split("."))
-        if name in texts:
-            continue
-        is_room = folder.is_dir()
-        file = folder / "__init__.py" if is_room else folder.with_suffix(".py")
-        try:
-            _stamps[file] = file.stat().st_mtime_ns  # before it is read
-            text = file.read_bytes()
-        except OSError:  # an installation without source: its code cannot be told from another's
-            _stamps[file], text = -1, b""
-        texts[name] = text
-        waiting += _imported(text, name if is_room else name.rpartition(".")[0], package)
+        if name not in texts:
+            texts[name], imported = _read(name, package)
+            waiting += imported
     return texts
+
+
+@cache
+def _read(name: str, package: Path) -> tuple[bytes, set[str]]:
+    """Source text of a module, and the modules that it imports."""
+    is_room = name in _contents(package)[0]
+    file = (
+        Path(package, *name.split("."), "__init__.py")
+        if is_room
+        else Path(package, *name.split(".")).with_suffix(".py")
+    )
+    try:
+        _stamps[file] = file.stat().st_mtime_ns  # before it is read
+        text = file.read_bytes()
+    except OSError:  # an installation without source: its code cannot be told from another's
+        _stamps[file], text = -1, b""
+    return text, _imported(text, name if is_room else name.rpartition(".")[0], package)
+
+
+@cache
+def _contents(package: Path) -> tuple[set[str], set[str]]:
+    """Rooms of a package, and its modules and rooms, by name: a question to the disk for each import takes longer."""
+    rooms, modules = set(), set()
+    for folder, within, files in os.walk(package):
+        within[:] = [name for name in within if name != "__pycache__"]
+        room = folder[len(str(package)) + 1 :].replace(os.sep, ".")
+        rooms.add(room)
+        modules |= {f"{room}.{name[:-3]}".lstrip(".") for name in files if name.endswith(".py")}
+    return rooms, modules | rooms
 
 
 def _imported(text: bytes, room: str, package: Path) -> set[str]:
@@ -72,16 +94,16 @@ def _imported(text: bytes, room: str, package: Path) -> set[str]:
     not count.
     """
     result = set()
+    rooms, modules = _contents(package)
     for dots, name, items in _IMPORT.findall(text):
         base = room.split(".")[: room.count(".") + 2 - len(dots)]
-        parts = [part for part in (*base, *name.decode().split(".")) if part]
-        place = package.joinpath(*parts)
-        if not place.is_dir():
-            result.add(".".join(parts))
+        place = ".".join(part for part in (*base, name.decode()) if part)
+        if place not in rooms:
+            result.add(place)
             continue
-        for item in re.findall(r"(\w+)(?: as \w+)?", _COMMENT.sub(b"", items).decode()):
-            is_module = (place / item).is_dir() or (place / f"{item}.py").is_file()
-            result.add(".".join([*parts, item] if is_module else parts))
+        for item in _ITEM.findall(_COMMENT.sub(b"", items).decode()):
+            module = f"{place}.{item}".lstrip(".")
+            result.add(module if module in modules else place)
     return result - {""}
 
 

@@ -28,7 +28,7 @@ from .arithmetic import (
     wide,
 )
 from .expressions import Expressions, Join, statements
-from .functions import Compiled, components, counted, each, is_wide, type_of, unrolled
+from .functions import Compiled, components, counted, each, type_of, unrolled
 from .record_access import length_of
 from .records import WIDTH
 from .rows import Components, LoopOverComponents, RowFormula, begun, reduced
@@ -62,7 +62,7 @@ class Body(Expressions):
                 "another. Write the function with def in a file; if the file has changed, start Python anew."
             )
         self.tree = tree
-        self.has_width = any(map(is_wide, (*compiled.arguments, compiled.result)))
+        self.has_width = compiled.has_width
         self.locals = {*code.co_varnames, *code.co_cellvars}
         self.kinds: dict[str, Any] = {}
         self.values: dict[str, Any] = {}

@@ -30,22 +30,31 @@ from llvmlite import ir
 from ..unreachable import no_collection
 from .arithmetic import REAL, WHOLE, Refusal, constant
 from .builder import Builder, ConstantTable, Function, Module
-from .functions import Compiled, Inlined, is_wide, signature
+from .codegen import OWN
+from .functions import Compiled, Inlined, signature
 from .record_access import RecordPointer
 from .statements import Body
 
 
-def translated(functions: Mapping[str, Compiled], lanes: int = 1, cold: str = "") -> str:
-    """LLVM text of functions under these names, and of all functions that they call, for so many lanes.
+def translated(functions: Mapping[str, Compiled], lanes: int = 1) -> str:
+    """LLVM text of functions under these names, and of all functions that they call, for so many lanes."""
+    with no_collection():
+        return str(_unit(functions, lanes).module)
 
-    ``cold`` is an attribute for all that are not `instructions.hot`.
+
+def by_heat(functions: Mapping[str, Compiled], lanes: int = 1) -> tuple[str, str]:
+    """The same in two texts: the functions that are `instructions.hot`, and the others.
+
+    Each declares those of the other. Functions without a name of the caller have names that begin with `codegen.OWN`.
     """
     with no_collection():
-        unit = _unit(functions, lanes)
-        for compiled, function in unit.defined if cold else ():
-            if not compiled.hot:
-                function.attributes.add(cold)
-        return str(unit.module)
+        unit = _unit(functions, lanes, prefix=OWN)
+        parts: tuple[set[Any], set[Any]] = set(), set()
+        for compiled, function in unit.defined:
+            parts[compiled.hot].add(function)
+            function.linkage = ""
+        others, hot = parts
+        return unit.module.without(others), unit.module.without(hot)
 
 
 def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -> dict[str, str]:
@@ -60,8 +69,8 @@ def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -
     return result
 
 
-def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False) -> Unit:
-    unit = Unit()
+def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False, prefix: str = "") -> Unit:
+    unit = Unit(prefix)
     for name, function in functions.items():
         unit.declare(function, lanes, name, internal)
     while unit.waiting:
@@ -80,8 +89,8 @@ def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False)
 class Unit:
     """The functions of one module, each translated once for each width that is called."""
 
-    def __init__(self) -> None:
-        self.module = Module()
+    def __init__(self, prefix: str = "") -> None:
+        self.module, self.prefix = Module(), prefix
         self.waiting: list[tuple[Compiled, Any, int]] = []
         self.defined: list[tuple[Compiled, Any]] = []
         self._declared: dict[tuple[int, int], Any] = {}
@@ -99,13 +108,13 @@ class Unit:
 
     def declare(self, compiled: Compiled, lanes: int, name: str = "", internal: bool = False) -> Any:
         """Declare a function, which is translated later. A function without a name stays internal to the module."""
-        if not any(map(is_wide, (*compiled.arguments, compiled.result))):
+        if not compiled.has_width:
             lanes = 1
         key = id(compiled), lanes
         if key not in self._declared:
             *arguments, result = signature(compiled, lanes)
-            suffix = f".{lanes}" if any(map(is_wide, (*compiled.arguments, compiled.result))) else ""
-            own = self._name(name or f"{compiled.function.__name__}{suffix}")
+            suffix = f".{lanes}" if compiled.has_width else ""
+            own = self._name(name or f"{self.prefix}{compiled.function.__name__}{suffix}")
             function = Function(self.module, ir.FunctionType(result, arguments), own)
             for k, kind in enumerate(arguments):
                 if isinstance(kind, RecordPointer):  # its fields may be loaded before they are needed

@@ -37,6 +37,12 @@ def package(tmp_path_factory):
     return copy
 
 
+def forget():
+    """Read the sources anew when they are asked for next."""
+    for function in (sources._identity, sources._read, sources._contents):
+        function.cache_clear()
+
+
 def module_file(name, package=sources.PACKAGE):
     folder = package.joinpath(*name.split("."))
     return folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
@@ -81,7 +87,7 @@ def test_key_changes_with_each_source(package, writers):
     """Mutate each module that emits, one after the other; and one that does not."""
 
     def identity():
-        sources._identity.cache_clear()
+        forget()
         return sources.identity(*writers, package=package)
 
     first = identity()
@@ -182,7 +188,7 @@ def test_hashing_waits_for_the_first_kernel_and_takes_little():
     assert done.stdout.split() == ["0"]
     times = []
     for _ in range(5):
-        sources._identity.cache_clear()
+        forget()
         begin = time.process_time()
         sources.identity(*WRITERS[0])
         times.append(time.process_time() - begin)

@@ -26,7 +26,7 @@ from freebody.native.instructions import (
     whole,
     with_bits,
 )
-from freebody.native.translation import translated
+from freebody.native.translation import by_heat, translated
 
 TABLE = np.arange(6.0).reshape(2, 3) ** 2
 CLOSED, OPEN = 0, 1
@@ -644,13 +644,15 @@ def doubled_and_summed(x: Reals, n: int) -> float:
 
 
 def test_hot_functions_alone_get_all_passes_and_results_have_the_same_bits():
-    text = translated({"f": doubled_and_summed}, cold=codegen.COLD)
-    heads = [line for line in text.splitlines() if line.startswith("define")]
-    assert [codegen.COLD in line for line in heads] == [True, False]
+    text, others = by_heat({"f": doubled_and_summed})
+    for part, name in ((text, "@own.doubled("), (others, "@f(")):
+        heads = [line for line in part.splitlines() if line.startswith("define")]
+        assert len(heads) == 1
+        assert name in heads[0]
     results = []
     for passes in ("all", "hot", "few", "none"):
-        given = translated({"f": doubled_and_summed}, cold=codegen.COLD if passes == "hot" else "")
-        library = codegen.Library(codegen.optimised_code(given, passes=passes)[0])
+        texts = (text, others) if passes == "hot" else (translated({"f": doubled_and_summed}), "")
+        library = codegen.Library(codegen.optimised_code(texts[0], passes=passes, others=texts[1])[0])
         f = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_int64)(library.addresses(["f"])["f"])
         x = np.arange(37.0) / 3
         results.append((f(x.ctypes.data, x.size), x.tobytes()))

@@ -22,7 +22,6 @@ from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
-from ..legs.impulse import resolved_blow
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -280,6 +279,8 @@ class _Run:
         rates = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)
         q = middle_of(self.model, y[None], rates, self.h)[0]
         state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + self.h / 2, self.values)
+        from ..legs.impulse import resolved_blow  # imports all rooms of equations
+
         told = []
         for one in now:
             options = {key: one.options[key] for key in ("at", "impulse", "moment", "frame")}
