@@ -168,7 +168,7 @@ def stand(it: EventRun, contacts: Contacts) -> int:
                 why = decide(it, contacts)
         if why == 0 and tips(it, i) != 0:
             why = find_angle(it, contacts, i)
-        if why == 0 and presses(it, i) == 1 and lies_flat(it, i) != 0:
+        if why == 0 and only_bearer(it, i) >= 0 and lies_flat(it, i) != 0:
             tilt(it, contacts, i)
             choose_all(it)
             why = decide(it, contacts)
@@ -178,14 +178,26 @@ def stand(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
+def only_bearer(it: EventRun, i: int) -> int:
+    """Return which point of an edge alone bears force in a decision, or -1: one that only touches bears none."""
+    found, total = -1, 0.0
+    for j in range(POINTS):
+        total += it.force[it.first[it.ring_first[i] + j]]
+    for j in range(POINTS):
+        if it.force[it.first[it.ring_first[i] + j]] > event_run.SMALL * total:
+            if found >= 0:
+                return -1
+            found = j
+    return found
+
+
+@compiled
 def tilt(it: EventRun, contacts: Contacts, i: int) -> None:
     """Tilt a disk about the only point of its edge that presses, so far that it stands on its lowest point.
 
     From zero, the lowest point of a tilt that grows would have no direction; it is the one that presses.
     """
-    first, p, count = it.ring_first[i], 0, 0
-    while it.mode[first + p] == laws.OPEN:
-        p += 1
+    first, p, count = it.ring_first[i], only_bearer(it, i), 0
     for j in range(3):
         k = first + (p + j) % POINTS
         count = add_row(it, count, it.first[k], HEIGHT * j / 2.0 - it.gap[k])
