@@ -23,10 +23,11 @@ from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .moment import choose, copy, largest, look, pull, size_of
+from .moment import choose, copy, largest, look, pull, size_of, slip_speed
 from .problem import gather, is_unloaded
 from .setting import begins_slip, depends, listed, set_up
 from .shares import share
+from .slips import slip_acceleration
 
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
@@ -38,6 +39,9 @@ So far loads of joints may stay from agreeing, where slips begin whose direction
 """
 TURNS, AGREE = 50, 1e-13
 """Number of decisions in search of loads that agree with their modes, and their relative difference then."""
+
+STEADY = 0.01
+"""Part of the time in which a slow slip in space would turn or end, in which its direction stays."""
 
 
 # -- the solution and its modes --------------------------------------------------------------------------
@@ -291,6 +295,11 @@ def go_straight(it: EventRun) -> float:
     length = event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
     for _ in range(it.crowd):  # where events crowd, modes follow each other within less
         length *= 0.5 if length > event_run.BRIEFEST else 1.0
+    for k in range(it.contacts):  # a straight line must not lead a slow slip beyond its end
+        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and slip_speed(it, k) > it.still:
+            change = slip_acceleration(it, k)
+            if length * change > STEADY * slip_speed(it, k):
+                length = STEADY * slip_speed(it, k) / change
     evaluated(it.t, it.y, machine)
     copy(it.y, state, it.n_y)
     for i in range(it.n_q):
