@@ -72,7 +72,7 @@ class Alone:
         reason = ""
         motion: Trajectory | None = None
         try:
-            initial, numbers = job.lanes.initial_of(lane), job.lanes.values_of(lane)
+            initial, numbers = job.lanes.initial_of(lane), job.lanes.given_to(lane)
             progress = self.halt if self._parallel() else False
             request = replace(job.request, initial=initial, values=numbers, progress=progress)
             motion = route_of_one(request)(request)

@@ -150,7 +150,7 @@ def check_names(job: Job) -> None:
 def attributes_of(job: Job) -> dict[str, Any]:
     """Return the attributes of the dataset."""
     model, lanes = job.kernels.model, job.lanes
-    fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
+    fixed = {name: x for name, x in lanes.given_to(0).items() if name not in lanes.varied[0]}
     return {
         "title": f"Motions of {model.name}",
         "method": job.request.method,

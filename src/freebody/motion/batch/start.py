@@ -52,6 +52,10 @@ class Lanes:
         """Return the parameters of one lane by name."""
         return {name: float(x[lane]) if np.ndim(x) else float(x) for name, x in self.columns.items()}
 
+    def given_to(self, lane: int) -> dict[str, float]:
+        """Return the parameters of one lane by name, as a user would give them: without those that a motion writes."""
+        return self.model.given(self.values_of(lane))
+
     def initial_of(self, lane: int) -> dict[str, Any]:
         """Return the initial values of one lane by name."""
         values = {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
@@ -66,7 +70,7 @@ class Lanes:
             else x
             for name, x in self.initial.items()
         }
-        return columns, start
+        return self.model.given(columns), start
 
     def first(self, count: int) -> Lanes:
         """Return the first lanes."""
