@@ -11,6 +11,7 @@ _MODULES = tuple(
     for name in (
         "event_loop",
         "decision",
+        "ties",
         "impacts.impacts",
         "jumps",
         "phase_end",
@@ -48,11 +49,11 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, jumps, log, moment, phase_end, setting
+    from . import decision, event_loop, jumps, log, moment, phase_end, setting, ties
     from .impacts import impacts
 
     return {
         name: f
-        for module in (log, moment, jumps, phase_end, impacts, decision, setting, event_loop)
+        for module in (log, moment, jumps, phase_end, impacts, ties, decision, setting, event_loop)
         for name, f in vars(module).items()
     }

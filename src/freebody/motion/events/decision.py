@@ -5,8 +5,7 @@ directions are known are tried in all combinations of modes (`combinations`), an
 (Painlevé). Where the motion leaves the shares of the normal forces open (`depend`), or the contacts are many, the limit
 of equal compliance is taken.
 
-A law may hold with equality, such as |T| = μ_s N. Then its end is the event, or the motion decides: a `MOMENT` later,
-on a straight line, the law is violated, and its end is taken; or it holds, and goes on.
+A law may hold with equality, such as |T| = μ_s N. Then its end is the event, or the motion decides (`ties`).
 """
 
 from __future__ import annotations
@@ -19,15 +18,14 @@ from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
-from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
-from .moment import choose, copy, largest, look, pull, size_of, slip_speed
+from .moment import largest, pull, size_of
 from .problem import gather, is_unloaded
 from .setting import begins_slip, depends, listed, set_up
 from .shares import share
-from .slips import slip_acceleration
+from .ties import end_at_once
 
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
@@ -39,9 +37,6 @@ So far loads of joints may stay from agreeing, where slips begin whose direction
 """
 TURNS, AGREE = 50, 1e-13
 """Number of decisions in search of loads that agree with their modes, and their relative difference then."""
-
-STEADY = 0.01
-"""Part of the time in which a slow slip in space would turn or end, in which its direction stays."""
 
 
 # -- the solution and its modes --------------------------------------------------------------------------
@@ -283,93 +278,6 @@ def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
         rests = contacts.slides[s] == 0 and r * size_of(contacts.after[at + 1 :], n) <= ALIKE
         it.mode[it.chosen[s]] = laws.STICK if rests and n > 0 and contacts.static[s] > 0.0 else laws.SLIDE
         name_slip(it, contacts, s)
-
-
-# -- a moment later --------------------------------------------------------------------------------------
-
-
-@compiled
-def go_straight(it: EventRun) -> float:
-    """Set ``trial`` to the state a moment later, with the accelerations of the decision; return how much later."""
-    machine, state = PhaseData(it.looking), it.trial
-    length = event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
-    for _ in range(it.crowd):  # where events crowd, modes follow each other within less
-        length *= 0.5 if length > event_run.BRIEFEST else 1.0
-    for k in range(it.contacts):  # a straight line must not lead a slow slip beyond its end
-        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and slip_speed(it, k) > it.still:
-            change = slip_acceleration(it, k)
-            if length * change > STEADY * slip_speed(it, k):
-                length = STEADY * slip_speed(it, k) / change
-    evaluated(it.t, it.y, machine)
-    copy(it.y, state, it.n_y)
-    for i in range(it.n_q):
-        state[i] += length * machine.q_dot[i]
-    for i in range(it.n):
-        change = it.free[i]
-        for r in range(it.rows):
-            change += it.force[r] * it.X[r * it.n + i]
-        state[it.n_q + i] += length * change
-    return length
-
-
-@compiled
-def end_at_once(it: EventRun, contacts: Contacts) -> int:
-    """Set which laws that hold with equality end: return their number.
-
-    A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
-    """
-    set_up(it, contacts)
-    length = go_straight(it)
-    phase, found, unloaded = PhaseData(it.phase), 0, 0
-    now, later = it.watch, it.watch_later
-    it.watched(it.t, it.y, it.phase, now)
-    it.watched(it.t + length, it.trial, it.phase, later)
-    for i in range(phase.endings):
-        k, law, e = it.ending[i], phase.law[i], it.events + i
-        if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
-            fell = 0.0
-            if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
-                limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
-                fell = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
-            if later[e] < lesser(fell, 0.0):
-                if law == laws.NORMAL:
-                    it.ends[k], found = event_run.NORMAL_ZERO, found + 1
-                elif law == laws.CONE or law == laws.LINE_CONE:
-                    it.ends[k], found = event_run.CONE_REACHED, found + 1
-                    unloaded += is_unloaded(it, k)
-    if unloaded > 0:
-        it.forces(it.t + length, it.trial, it.phase, it.speeds)
-        for k in range(it.contacts):
-            it.later[k] = it.speeds[it.first[k] + 1] if is_unloaded(it, k) != 0 else 0.0
-    return found
-
-
-@compiled
-def begin_to_leave(it: EventRun) -> int:
-    """Set ``left`` of contacts at rest at the end of their side that they leave; return their number.
-
-    The speed along the side is seen a moment later.
-    """
-    choose(it)
-    at_end, found = 0, 0
-    for i in range(it.count):
-        at_end += 1 if it.reach[it.chosen[i]] <= it.near else 0
-    if at_end == 0:
-        return 0
-    if it.ready == 0:
-        return -1
-    copy(it.y, it.kept, it.n_y)
-    copy(it.reach, it.flight, it.contacts)
-    go_straight(it)
-    copy(it.trial, it.y, it.n_y)
-    look(it)
-    for i in range(it.count):
-        k = it.chosen[i]
-        if it.flight[k] <= it.near and it.away[k] < -it.still:
-            it.left[k], found = 1, found + 1
-    copy(it.kept, it.y, it.n_y)
-    look(it)
-    return found
 
 
 @compiled

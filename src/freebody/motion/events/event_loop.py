@@ -17,7 +17,7 @@ from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
 from . import event_run
-from .decision import begin_to_leave, decide
+from .decision import decide
 from .event_run import EventRun
 from .impacts.bounces import end_rest, limited, unseen
 from .impacts.impacts import collide
@@ -47,6 +47,7 @@ from .speeds import (
     pass_dead_centre,
     watch_cones,
 )
+from .ties import begin_to_leave
 
 
 @compiled
