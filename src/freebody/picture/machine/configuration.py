@@ -372,10 +372,10 @@ def _values_at(trajectory: Any, time: float) -> Mapping[str, float]:
     """Return the values of the parameters at a time of a motion: signals, controllers and places change them."""
     segments = getattr(trajectory.path, "segments", None)
     if segments is None:
-        return dict(trajectory.values)
+        return dict(trajectory.numbers)
     segment = segments[int(trajectory.path.places(np.array([time]))[0])]
-    values = segment.values(segment.kernels.parameters(trajectory.values)).tolist()
-    return dict(zip(trajectory.values, values, strict=True))
+    values = segment.values(segment.kernels.parameters(trajectory.numbers)).tolist()
+    return dict(zip(trajectory.numbers, values, strict=True))
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:
