@@ -15,7 +15,7 @@ compliance, in the range of the rows. With S = G M⁻¹ Kᵀ and Q = G M⁻¹ G�
 
 where W = 1 gives the normal forces, and then W = N of the same contact for friction, and the mean of all N for the
 others: Σ N²/mean(N) + Σ |T|²/N is least, in which friction is shared in proportion to N. All W are forces, so that the
-units do not matter where normals are not parallel. What pulls has W = 0; if nothing presses, W = 1 remains.
+units do not matter where normals are not parallel. Where a contact pulls, W = 1 remains.
 
 All is in `PhaseData`. A new set of modes is other integers there for the same code.
 
@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 from ...native.functions import components
-from ...native.instructions import Integers, Reals, compiled, greater, inlined, root
+from ...native.instructions import Integers, Reals, compiled, greater, inlined, lesser, root
 from . import laws
 from .contact_outputs import (
     adhesion_of,
@@ -46,6 +46,8 @@ from .contact_outputs import (
 from .phase_record import PhaseData
 
 NAN = float("nan")
+PULL = 1e-9
+"""Part of the greatest normal force up to which one below zero is round-off."""
 
 
 @inlined
@@ -147,21 +149,29 @@ def shared(phase: PhaseData) -> int:
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
-        for j in range(phase.conditions):
-            weight[j] = greater(lam[j], 0.0)
-        mean = mean_normal(phase, weight, 1.0)
-        if not mean > 0.0:
-            return 1  # contacts without load have no friction to share: the first shares remain
+        if pulls(phase) != 0:
+            return 1
+        mean = mean_normal(phase, lam, 1.0)
         for j in range(phase.conditions):
             k = phase.source[j]
             if phase.normal_of[j] >= 0:
-                weight[j] = greater(lam[phase.normal_of[j]], 0.0)
+                weight[j] = lam[phase.normal_of[j]]
             elif k >= 0 and phase.held[k] != 0:
                 weight[j] = force_of(phase, k)[0]
             else:
                 weight[j] = mean
-        weighted(phase)
+        weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
+
+
+@compiled
+def pulls(phase: PhaseData) -> int:
+    """Return 1 if the normal force of a contact pulls, so that it is no weight, else 0."""
+    least, most = 0.0, 0.0
+    for i in range(phase.conditions):
+        if phase.source[i] >= 0 and phase.row_of[i] == 0:
+            least, most = lesser(least, phase.lam[i]), greater(most, abs(phase.lam[i]))
+    return 1 if least < -PULL * most else 0
 
 
 @compiled
