@@ -125,7 +125,10 @@ def test_equations_of_a_slip_have_the_normal_force_as_a_number():
     assert pytest.approx(rolling_ball(1, R, DELTA, G).deceleration, rel=1e-14) == 981 * DELTA / 14
 
 
-@pytest.mark.parametrize("soft", [{}, {"normal": "1e4*depth + 100*rate"}, {"adhesion": 2}], ids=str)
+SOFT = pytest.param({"normal": "1e4*depth + 100*rate"}, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("soft", [{}, SOFT, {"adhesion": 2}], ids=str)
 def test_equations_of_a_slip_are_those_of_the_motion(soft):
     s = ball(rolling="delta", spinning="nu", **soft)
     start = {
