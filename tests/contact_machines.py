@@ -111,6 +111,14 @@ def ball_on_plane() -> fb.System:
     return s
 
 
+def add_bouncing_ball(s: fb.System) -> None:
+    """Add a ball that bounces without loss along y, under the machine's parameter g."""
+    ball = s.body("ball", fb.particle(1))
+    s.slider("fall", s.ground, ball, axis="y", coordinate="y")
+    s.force("weight", ball, (0, "-g", 0))
+    s.contact("floor", ball.point(0, 0, 0), s.ground.plane(normal="y"), friction=0, restitution=1)
+
+
 def seesaw() -> fb.System:
     """A block that slides on a hinged board: both sides of a contact move."""
     s = fb.System("seesaw")

@@ -195,8 +195,8 @@ def dry_slider():
     return s, {"x'": 0.3}, 0.15
 
 
-def dry_arm():
-    """Two bars on rough pins."""
+def rough_arm():
+    """Two bars on rough pins: the machine, its last pin and bar."""
     s = fb.System("arm")
     g = s.parameters(mu=0.3, R=0.05, e=0.5, g=9.81)[-1]
     s.gravity = (0, -g, 0)
@@ -206,6 +206,12 @@ def dry_arm():
         pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
         s.friction(f"f{name}", pin, coefficient="mu", radius="R")
         above = bar
+    return s, pin, bar
+
+
+def dry_arm():
+    """Two bars on rough pins, the second of which hits its ends."""
+    s, pin, _ = rough_arm()
     s.stop("end", pin, low=-0.5, high=0.6, restitution="e")
     return s, {"q": 1.0, "p": 0.5}, 2.0
 
@@ -340,15 +346,7 @@ def test_slopes_beside_impacts_one_after_another_are_differences(law, until):
 
 def test_slopes_of_impacts_by_poissons_law_under_loads_of_joints_are_differences():
     """Two bars on rough pins hit a wall: compression and expansion have a load each."""
-    s = fb.System("arm")
-    g = s.parameters(mu=0.3, R=0.05, e=0.5, g=9.81)[-1]
-    s.gravity = (0, -g, 0)
-    above = s.ground
-    for name, at in (("q", 0), ("p", -0.3)):
-        bar = s.body(name, fb.slender_bar(1, 0.6, axis="y"))
-        pin = s.hinge(f"h{name}", above, bar, at=(0, at, 0), to=(0, 0.3, 0), axis="z", coordinate=name)
-        s.friction(f"f{name}", pin, coefficient="mu", radius="R")
-        above = bar
+    s, _, bar = rough_arm()
     side = s.ground.plane(at=(0.3, 0, 0), normal="-x")
     s.contact("wall", bar.point(0, -0.3, 0), side, restitution="e", impact="poisson", friction=0.2)
     motion = check_differences(s, 0.6, ("mu", "e", "R", "q"), initial={"q": -0.6, "p": -0.5})

@@ -33,7 +33,7 @@ NEAR, AMPLIFIED = 1e-6, 100.0
 """Residual of forces that show modes, and by how much more than it they may be wrong.
 
 Contacts at the limit of friction that share forces are not solved for to round-off, since cone and slip both vanish.
-So far loads of joints may stay from agreeing, where slips begin whose directions are those of small accelerations.
+Loads of joints may stay that far from agreeing, where slips begin whose directions are those of small accelerations.
 """
 TURNS, AGREE = 50, 1e-13
 """Number of decisions in search of loads that agree with their modes, and their relative difference then."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from contact_machines import ball_on_plane, falling_rod, seesaw
+from contact_machines import add_bouncing_ball, ball_on_plane, falling_rod, seesaw
 from freebody.motion.ending import End
 from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
@@ -62,10 +62,7 @@ def under(law: str, beside: bool) -> fb.System:
     s.slider("guide", s.ground, body, axis="x", coordinate="x")
     s.force("law", body, (law, 0, 0))
     if beside:
-        ball = s.body("ball", fb.particle(1))
-        s.slider("fall", s.ground, ball, axis="y", coordinate="y")
-        s.force("weight", ball, (0, "-g", 0))
-        s.contact("floor", ball.point(0, 0, 0), s.ground.plane(normal="y"), friction=0, restitution=1)
+        add_bouncing_ball(s)
     return s
 
 
