@@ -343,14 +343,46 @@ def test_a_contact_without_a_direction_cannot_be_closed():
     assert "hit" not in str(fb.equations(s).free_body("ball").unknowns)
 
 
-def test_a_start_at_the_centre_has_no_direction():
+def test_a_start_at_the_centre_is_open():
     s = on_an_axis(lambda b: b.circle("r"), lambda g: g.circle("2*R", inside=True), "planar")
-    said = str(fb.equations(s, initial={"x'": 1}))
+    assert "hit open (the modes in which the motion starts" in str(fb.equations(s, initial={"x'": 1}))
+    motion = fb.simulate(s, 0.2, initial={"x'": 1})  # the play is 0.1 m
+    assert motion.modes[0].end == pytest.approx(0.1, rel=1e-12)
+
+
+def sliding_disk():
+    s = fb.System("slide")
+    s.gravity = (0, -9.81, 0)
+    disk = s.body("disk", fb.disk(1, 0.1))
+    s.planar("plane", s.ground, disk, coordinate="x y turn")
+    return s, disk
+
+
+NO_VALUE = (
+    "A root or logarithm of a negative number, or 0/0, in its shape or its laws does this: write laws that have a value "
+    "wherever it touches, give a line ends, between=, or stop before with a terminal event."
+)
+
+
+@pytest.mark.parametrize(("x", "law", "when"), [(-1, "log(x)", "0 s"), (0.4, "0.3 + sqrt(0.5 - x)", "0.1")])
+def test_friction_without_a_value(x, law, when):
+    s, disk = sliding_disk()
+    s.contact("floor", disk.circle(0.1), s.ground.plane(), friction=law)
+    with pytest.raises(SimulationError) as refused:
+        fb.simulate(s, 1, initial={"x": x, "y": 0.1, "x'": 1, "turn'": -10})
+    said = str(refused.value)
+    assert f"The friction or force of contact 'floor' of 'slide' has no value just after t = {when}" in said
+    assert NO_VALUE in said
+
+
+def test_a_gap_without_a_value():
+    s, disk = sliding_disk()
+    s.contact("road", disk.point(0, 0, 0), s.ground.heightline("sqrt(x)"), friction=0.3)
+    with pytest.raises(SimulationError) as refused:
+        fb.simulate(s, 1, initial={"x": 0.5, "y": 2, "x'": -1})
     assert (
-        "(the start does not decide the modes, modes= chooses them: The shapes of contact 'hit' of 'shaft'"
-        in said
+        str(refused.value)
+        == f"The gap of contact 'road' of 'slide' has no value just after t = 0.5 s. {NO_VALUE}"
     )
-    assert (
-        "have a common centre or axis at its start, so that the contact has no direction. Choose other initial"
-        in said
-    )
+    said = str(fb.equations(s, initial={"x": -0.5, "y": 2}))
+    assert "The contacts of 'slide' have no value at its start: math domain error." in said

@@ -280,8 +280,8 @@ class Ring(Field):
         return self.constant(value)
 
     def vanishing(self, square: Scalar) -> Scalar:
-        """0: expressions with symbols are treated as non-zero."""
-        return 0
+        """1 for the exact 0; expressions with symbols are treated as non-zero."""
+        return 1 if square == 0 else 0
 
     def root(
         self,

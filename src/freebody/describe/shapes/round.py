@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...scalar.algebra import Scalar, Vector, add, apply, cross, divide, dot, scale, subtract
+from ...scalar.algebra import Scalar, Vector, add, apply, cross, dot, scale, subtract
 from ...scalar.expression import exact
 from .shape import ContactShape, Law, Nearest
 
@@ -16,8 +16,8 @@ def between_round(at: Any, a: Any, b: Any) -> Nearest:
 
     outside  n = d/|d|,   g = |d| - r_a - r_b;        inside  n = -d/|d|,   g = r_b - r_a - |d|.
 
-    If a machine holds the centre on the axis, d is the exact 0 and n is, too: it has no direction, and needs none where
-    the contact is open, as beyond the end of a capsule. Closed it is refused.
+    Where d is 0, n is too: it has no direction, and needs none while the contact is open, such as that of a pin in the
+    middle of its hole, or beyond the end of a capsule. If the machine holds d at 0, a closed contact is refused.
     """
     A, B = a.middle(at), b.middle(at)
     d = subtract(A, B)
@@ -31,14 +31,15 @@ def between_round(at: Any, a: Any, b: Any) -> Nearest:
         if axis is not None:
             along = scale(dot(axis, d), axis)
             A, d = subtract(A, along), subtract(d, along)
-    distance = at.field.sqrt(dot(d, d))
+    direction = at.field.unit(d)
+    distance = dot(d, direction)
     r_a, r_b = a.size(at), b.size(at)
-    nowhere = isinstance(distance, int) and distance == 0
     if b.inside:
-        n = d if nowhere else scale(divide(-1, distance), d)
+        n = scale(-1, direction)
         return Nearest(subtract(A, scale(r_a, n)), subtract(B, scale(r_b, n)), n, r_b - r_a - distance)
-    n = d if nowhere else scale(divide(1, distance), d)
-    return Nearest(subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b)
+    return Nearest(
+        subtract(A, scale(r_a, direction)), add(B, scale(r_b, direction)), direction, distance - r_a - r_b
+    )
 
 
 class AboutAxis(ContactShape, listed=False):

@@ -141,7 +141,7 @@ class Memory:
         run, own = memory(method, n, m)
         search = run.search
         equip(run, own, self.kept)
-        run.required = count
+        run.required = m
         search.functions, search.c = self.program.address("watched"), self.phase
         search.guarded = self.endings
         search.unjudged[count + self.scene.laws :] = (

@@ -301,6 +301,13 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"The motion of '{model}' has no finite state at the event at t = {t:.9g} s, in a step from {start:.9g} s, "
             "as where slips lose their direction. Change the start a little, or take method='timestepping' with step=."
         )
+    if why == event_run.NO_VALUE:
+        what = "gap" if it.mode[it.blame] == OPEN else "friction or force"
+        return SimulationError(
+            f"The {what} of contact '{work.names[it.blame]}' of '{model}' has no value just after t = {t:.9g} s. A "
+            "root or logarithm of a negative number, or 0/0, in its shape or its laws does this: write laws that have "
+            "a value wherever it touches, give a line ends, between=, or stop before with a terminal event."
+        )
     if why == event_run.PASSED_OVER:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from ...describe.system import System
-from ...dynamics.conditions.contact import touch
-from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.model import Model
 from ..events import event_run
@@ -56,13 +54,8 @@ def starting_modes(
     try:
         modes, dead = _modes(work, np.concatenate([state[: work.n + work.n_u], [0, 0]]))
     except (ArithmeticError, ValueError) as error:
-        if found := _undirected(work, state):
-            raise SimulationError(
-                f"The shapes of {found} of '{work.model.name}' have a common centre or axis at its start, so that the "
-                "contact has no direction. Choose other initial values, initial=, or the mode, modes=."
-            ) from None
         raise SimulationError(
-            f"The contacts of '{work.model.name}' have no direction at its start: {error}. "
+            f"The contacts of '{work.model.name}' have no value at its start: {error}. "
             "Choose other initial values, initial=."
         ) from None
     result = {}
@@ -70,14 +63,6 @@ def starting_modes(
         rests = held and mode in ("slip+", "slip-")
         result[contact.name] = contact.shown("stick" if rests else "slip" if mode == SMOOTH else mode)
     return result
-
-
-def _undirected(work: ContactRun, state: Array) -> str:
-    """Return the contacts without a direction at a state."""
-    y = state.tolist()
-    at = float_state(work.model, y[: work.n], y[work.n :], 0, work.values)
-    found = [c.name for c in work.model.contacts if c.law is None and touch(work.model, at, c).undirected]
-    return f"contact{'s' * (len(found) > 1)} {', '.join(map(repr, found))}" if found else ""
 
 
 def _modes(work: ContactRun, y: Array) -> tuple[Modes, list[int]]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
 from ..kernels.switching import IS_STUCK, OTHER_SIDES
-from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL
+from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFINED
 from ..ode.run import Run
 from ..phase import laws
 from ..phase.phase_record import PhaseData
@@ -372,6 +372,9 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     if status == COLLAPSED and it.resting == 0 and fades(it) != 0:
         it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
+    if status == UNDEFINED and it.blame >= it.events:
+        it.blame = it.ending[it.blame - it.events]
+        return event_run.NO_VALUE
     wrong = depth(it, status)
     if wrong != 0:
         return wrong

@@ -90,13 +90,14 @@ ARRIVE, COLLIDE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(9
     LOADED_IMPACT,  # contacts collide in sequence, and the load of a joint bounds its friction
     JAMMED,  # the load of a joint grows with the friction that it bounds
     PASSED_OVER,  # a closing was passed over in a step
+    NO_VALUE,  # the gap or the friction of a contact is not a number
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
     STALLED,  # the steps do not move on
     OTHER_METHOD,  # implicit steps are to take the place of explicit ones, or these of those
     NO_STATE,  # the state at an event is not finite
     PARTED,  # a closed contact left a condition that depended on those of the others as its phase began
-) = range(100, 123)
+) = range(100, 124)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 

@@ -171,7 +171,7 @@ class TouchingMachine:
             run.rates, run.projection = addresses["rates"], addresses["projection"]
             run.projected = model.n_q + model.n_u
             run.c, run.quaternions, run.n_quaternions = hold.phase, live.quaternions, len(model.quaternions)
-            run.longest, run.required = np.inf, count
+            run.longest, run.required = np.inf, count + self.endings
             run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search = live.run.search
         search.functions, search.c, search.guarded = addresses["watched"], hold.phase, self.endings

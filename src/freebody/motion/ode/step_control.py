@@ -242,13 +242,14 @@ def launch(run: Run) -> int:
 def look(run: Run) -> int:
     """Evaluate the event functions at y, and their signs, for the first `find_events`.
 
-    Return UNDEFINED if a required function has no value, else RUNNING.
+    Return UNDEFINED if a required function has no value, else RUNNING. Those that are guarded may be infinite.
     """
     search, values = run.search, run.search.table[0]
     search.functions(run.t, run.y, search.c, values)
     for e in range(search.count):
         search.signs[e] = 1 if values[e] > 0.0 else (-1 if values[e] < 0.0 else 0)
-        if e < run.required and not math.isfinite(values[e]):
+        finite = math.isfinite(values[e]) or (e >= search.count - search.guarded and values[e] == values[e])
+        if e < run.required and not finite:
             run.blame = e
             return UNDEFINED
     return RUNNING
