@@ -29,16 +29,24 @@ def contact_states(e: Equations, now: Configuration, bodies: Sequence[str]) -> l
     lines = []
     for (word, law), contacts in groups.items():
         names = [contact.name for contact in contacts]
-        listed = ", ".join(names[:MOST_NAMES])
-        if len(names) > MOST_NAMES:
-            listed += f" and {len(names) - MOST_NAMES} more"
-        text = f"contact{'s' * (len(names) > 1)} {listed}: {word}"
+        text = f"contact{'s' * (len(names) > 1)} {_listed(names)}: {word}"
         if law and len(names) == 1 and now.moving and word == "stick":
             text += f", {_margin(e, now, contacts[0])}"
         elif law:
             text += f", ${_named(law, contacts)}$"
         lines.append(_plain(text))
+    undetermined = [
+        c.name for group in groups.values() for c in group if now.open & {c.normal_name, *c.tangent_names}
+    ]
+    if undetermined:
+        lines.append(_plain(f"no motion determines the forces of {_listed(undetermined)}: least in norm"))
     return lines
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the first names, and how many more there are."""
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(names[:MOST_NAMES]) + more
 
 
 def _plain(text: str) -> str:

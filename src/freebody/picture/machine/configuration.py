@@ -60,7 +60,7 @@ class Configuration:
 
     ``lookup`` holds the value of every symbol of the equations: parameters, coordinates and speeds. ``moving`` is true
     at a time of a trajectory: then ``lookup`` also holds accelerations and multipliers, and ``transmitted`` the force
-    and moment of every joint on its child.
+    and moment of every joint on its child; ``open`` names the contact forces that the motion does not determine.
     """
 
     model: Model
@@ -69,6 +69,7 @@ class Configuration:
     moving: bool = False
     lookup: dict[Any, float] = field(default_factory=dict)
     transmitted: dict[str, Any] = field(default_factory=dict)
+    open: frozenset[str] = frozenset()
 
     @property
     def t(self) -> float:
@@ -323,7 +324,8 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     }  # fmt: skip
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
-    moving = _determined(model, state, motion(model, state, active), trajectory, time)
+    undetermined = _open_forces(model, trajectory, time)
+    moving = _determined(model, state, motion(model, state, active), trajectory, time, undetermined)
     lookup = {**_lookup(model, state), **{sympy.Symbol(name, real=True): x for name, x in loads.items()}}
     for speed, value in zip(model.speeds, moving.udot, strict=True):
         lookup[speed.acceleration] = float(value)
@@ -334,16 +336,27 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
             _, size = separating_force(model, state, model.constraints[row.owner])
             lookup[sympy.Symbol(radial[row.owner], real=True)] = float(size * abs(value))
     transmitted = reactions(model, state, moving.udot, loads=moving.loads)
-    return Configuration(model, state, values, True, lookup, transmitted)
+    return Configuration(model, state, values, True, lookup, transmitted, undetermined)
 
 
-def _determined(model: Model, state: State, moving: Motion, trajectory: Any, time: float) -> Motion:
-    """The motion with the contact forces of the trajectory, least in norm where the motion does not determine them."""
+def _open_forces(model: Model, trajectory: Any, time: float) -> frozenset[str]:
+    """Names of the contact forces that the motion does not determine at a time."""
     segments = getattr(trajectory.path, "segments", None)
-    if segments is None or not _closed_contacts(model):
-        return moving
+    if segments is None:
+        return frozenset()
     segment = segments[int(trajectory.path.places(np.array([time]))[0])]
-    if segment.loose is None or not np.any(segment.loose):
+    if segment.loose is None:
+        return frozenset()
+    return frozenset(
+        row.name for row, open in zip(contact_layout(model.contacts), segment.loose, strict=True) if open
+    )
+
+
+def _determined(
+    model: Model, state: State, moving: Motion, trajectory: Any, time: float, undetermined: frozenset[str]
+) -> Motion:
+    """The motion with the contact forces of the trajectory, least in norm where the motion does not determine them."""
+    if not undetermined or not _closed_contacts(model):
         return moving
     force_of = _forces_at(model, trajectory, time)
     multipliers = tuple(

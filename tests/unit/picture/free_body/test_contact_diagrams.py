@@ -121,7 +121,9 @@ def test_forces_that_no_motion_determines_are_those_least_in_norm():
     s = sliding_body()
     motion = fb.simulate(s, 0.5, values={"F": 10.0})
     assert motion.indeterminate
-    found = arrows(free_body_diagram(s, "box", trajectory=motion, at=0.2).svg)
+    diagram = free_body_diagram(s, "box", trajectory=motion, at=0.2)
+    assert "no motion determines the forces of A, B: least in norm" in words(diagram)
+    found = arrows(diagram.svg)
     for name in ("A", "B"):
         least = float(motion.contacts[name].least[0, 1])
         drawn = float(found[f"T_{name}"].get("data-value", "nan")) * three(
