@@ -18,6 +18,7 @@ from ...model.model import GROUND
 from ...scalar.algebra import ZERO
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
+from ..ode.dense_output import Array
 from ..start.initial import number
 from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
 from .meshes import core_of, mesh_of
@@ -69,7 +70,7 @@ def _fill_links(
 ) -> None:
     model, links = kernels.model, of.links
     program, name = link_poses(kernels)
-    links.code, links.c = program.address(name), program.constants(kernels.parameters(values))
+    links.code = program.address(name)
     links.poses = np.zeros(POSE * (1 + len(model.links)))
     links.poses[[0, 4, 8]] = 1
     place = np.argsort(order)
@@ -244,11 +245,21 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
     normals = [None if one.law.normal_force is None else normal_law(kernels, one) for one in model.families]
     laws.compliant = sum(one is not None for one in normals)
     laws.normal = whole(0 if one is None else one.address("normal") for one in normals)
-    constants = [np.zeros(0) if one is None else one.constants(kernels.parameters(values)) for one in normals]
-    laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
-    laws.normal_c = np.concatenate([*constants, [0.0]])
     laws.given = np.zeros(model.n_q + model.n_u + 2)
     return tuple(programs)
+
+
+def set_constants(of: Families, kernels: Kernels, parameters: Array) -> None:
+    """Give the kernels of poses and of normal forces the constants of values of the parameters."""
+    program, _ = link_poses(kernels)
+    of.links.c = program.constants(parameters)
+    families = kernels.model.families
+    constants = [
+        np.zeros(0) if one.law.normal_force is None else normal_law(kernels, one).constants(parameters)
+        for one in families
+    ]
+    of.laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
+    of.laws.normal_c = np.concatenate([*constants, [0.0]])
 
 
 def _ratio(model: Model, values: Mapping[str, float], family: Family) -> float:

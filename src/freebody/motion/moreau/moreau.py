@@ -119,9 +119,9 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
         r, e = problem.rows[a], contacts.owner[a]
-        contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+        contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r] * (run.h / run.past[0])
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
-        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
+        contacts.half[a], contacts.turn[a] = turned(run, contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
     press_pairs(run, t + 0.5 * run.h)
     begin_pairs(run)
@@ -388,4 +388,5 @@ def accept(run: Run) -> None:
         run.states[run.done, i] = run.z[i]
     for i in range(run.machine.n):
         run.blow[i] = 0.0
+    run.past[0], run.past[1] = run.h, run.past[0]
     run.done += 1

@@ -197,7 +197,7 @@ class Displaced(Record):
 
 @record
 class Run(Record):
-    """A run in steps of length h from the state y at t.
+    """A run in steps of length h from the state y at t; ``past``: lengths of the last step and of the one before.
 
     ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
     ``tolerance``, ``most_sweeps``    of the contact problem of a step;  ``accepted``, ``most_accepted``: limits of
@@ -227,6 +227,7 @@ class Run(Record):
 
     t: Real
     h: Real
+    past: Annotated[Row, 2]
     tolerance: Real
     accepted: Real
     most_accepted: Real

@@ -14,11 +14,12 @@ from ...dynamics.conditions.constraints import rows
 from ...model.resistance import pressers
 from ...native.loop import Function, made
 from ..cones.islands import Islands
-from ..families.memory import fill
+from ..families.memory import fill, set_constants
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..moreau.stepping_record import Run
+from ..ode.dense_output import Array
 from ..start.initial import number
 from .mean_motion import center
 from .stepped_kernels import Shape, mean_bearings, stepping
@@ -84,10 +85,7 @@ def memory_of(
         bearings, of_joints = run.bearings, mean_bearings(kernels)
         bearings.count, bearings.number[:] = loaded, shape.held
         bearings.loaded[:] = [k for k, c in enumerate(model.contacts) if c.loaded]
-        bearings.forces, bearings.c = (
-            of_joints.address("bearings"),
-            of_joints.constants(kernels.parameters(values)),
-        )
+        bearings.forces = of_joints.address("bearings")
     run.families.pairs.most, run.families.patch.most = pairs, points
     owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
@@ -138,13 +136,22 @@ def memory_of(
     return run, _islands(int(blocks.count), max(m + each * pairs, 1), n, wide), owned
 
 
+def set_parameters(run: Run, kernels: Kernels, program: Program, parameters: Array) -> None:
+    """Give all kernels the constants of values of the parameters."""
+    run.machine.c = program.constants(parameters)
+    if run.bearings.count > 0:
+        run.bearings.c = mean_bearings(kernels).constants(parameters)
+    if kernels.model.families:
+        set_constants(run.families, kernels, parameters)
+
+
 def carry(old: Run, new: Run) -> None:
     """Give a memory with more room what the last step left: what stays closed, impulses, and the blow of this step."""
     for measure in ("residual", "depth", "sweeps", "reduced"):
         setattr(new, measure, getattr(old, measure))
     for name in ("kept", "stuck", "last", "guess"):
         getattr(new.contacts, name)[:] = getattr(old.contacts, name)
-    new.blow[:] = old.blow
+    new.blow[:], new.past[:] = old.blow, old.past
     pairs, before = new.families.pairs, old.families.pairs
     pairs.known = before.known
     for name in ("past", "stays", "stuck", "last", "impulses"):

@@ -15,6 +15,7 @@ from ...model.family import Family
 from ...model.resistance import SPINNING
 from ..contact.course import ContactMotion
 from ..families.family_record import ENTRY, RESISTED
+from ..families.memory import link_poses
 from ..families.pair_quantities import pair_quantities
 from ..ode.dense_output import Array
 from ..start.initial import number
@@ -76,8 +77,10 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     """Return gap, mean forces, slip and mode of two members of a family, or of what resists their rolling."""
     model, contact = course.kernels.model, cast(Any, family.element(name))
     first, second = family.ordered(*cast(Any, family.pair(contact.presser or name)))
+    program, function = link_poses(course.kernels)
+    poses = course.observed(motion, program, function, motion.t, motion.states)
     gap, approach, slip, turning = pair_quantities(
-        course.kernels, course.values, family, (first, second), motion.t, motion.states
+        course.kernels, course.values, family, (first, second), motion.t, poses
     )
     start, n = sum(len(f.members) for f in model.families[: model.families.index(family)]), contact.tangents
     log, columns, mode_at = course.impulses.pairs, [0, *range(1, 1 + n)], 3
