@@ -13,6 +13,7 @@ from ...dynamics.kinematics import link_postures, motions, place_of, velocities
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model import Model
+from ...model.contact import friction_varies
 from ...model.family import Family, touch_each_other, touch_in_patch, turned
 from ...model.model import GROUND
 from ...scalar.algebra import ZERO
@@ -230,7 +231,7 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
     laws.up = np.array([float(x) for family in model.families for x in family.upright] or [0.0])
     laws.axis = np.array([float(x) for family in model.families for x in family.planar or ZERO] or [0.0])
     for name, field in (
-        ("mu", "friction"), ("restitution", "restitution"), ("adhesion", "adhesion"), ("rolling", "rolling"),
+        ("restitution", "restitution"), ("adhesion", "adhesion"), ("rolling", "rolling"),
         ("spinning", "spinning"),
     ):  # fmt: skip
         numbers = [
@@ -238,6 +239,7 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
             for one in model.families
         ]
         setattr(laws, name, np.array(numbers or [0.0]))
+    laws.mu = np.array([_friction(model, values, one) for one in model.families] or [0.0])
     laws.directed = whole(int(one.law.along is not None) for one in model.families)
     state = float_state(model, values=values)
     laws.along = np.array([float(state(x)) for one in model.families for x in one.law.along or ZERO] or [0.0])
@@ -260,6 +262,13 @@ def set_constants(of: Families, kernels: Kernels, parameters: Array) -> None:
     ]
     of.laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
     of.laws.normal_c = np.concatenate([*constants, [0.0]])
+
+
+def _friction(model: Model, values: Mapping[str, float], family: Family) -> float:
+    """Return the coefficient of friction of a family; 0 if it varies, so that the steps find it."""
+    if any(friction_varies(model, contact) for contact in family.representatives[:1]):
+        return 0.0
+    return number(model, values, family.law.friction, f"the friction of {family!r}")
 
 
 def _ratio(model: Model, values: Mapping[str, float], family: Family) -> float:

@@ -22,7 +22,7 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
-from ...model.contact import friction_margin
+from ...model.contact import Contact, friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, distances, shown
 from ..kernels.kernels import Kernels
@@ -36,7 +36,7 @@ from ..trajectory.quantities import ByName, Energy
 from .intervals import Intervals
 from .mean_motion import mean_motion, middle_of
 from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
-from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
+from .stepped_kernels import bodies_in_families, gaps, laws_of_friction, mean_reactions, stepping
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
 """Columns of the entries of pairs that are impulses."""
@@ -426,7 +426,7 @@ class InSteps:
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
             if contact.presser:
                 lam[:, 0] = result[contact.presser].normal
-            mu = number(model, self.values, contact.friction, "a coefficient of friction")
+            mu = self.static_friction(contact.name, contact, times, motion.states)
             pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")
             margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
@@ -435,12 +435,21 @@ class InSteps:
                 approaches[mode != "open", e] = 0.0
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
-                np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu), margin,
+                np.where(mode == "open", np.nan, margin), mode, lam, mu, margin,
                 approaches[:, e],
             )  # fmt: skip
         if not model.families:
             return ByName("contact", result)
         return OfFamilies(result, lambda *pair: pair_motion(self, motion, *pair), model.families)
+
+    def static_friction(self, name: str, law: Contact, times: Array, states: Array) -> Array:
+        """Return the coefficient of friction at rest of a contact, or of a family with its law, at states."""
+        program, names = laws_of_friction(self.kernels)
+        if program is None or name not in names:
+            mu = number(self.kernels.model, self.values, law.friction, "a coefficient of friction")
+            return np.full(len(times), mu)
+        at_rest = np.pad(states, ((0, 0), (0, 1)))
+        return self._observed(program, names[name], times, at_rest)[:, 1]
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each

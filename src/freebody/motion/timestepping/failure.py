@@ -10,8 +10,19 @@ from ...errors import SimulationError
 from ...model import Model
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
+from ..families.memory import label_of
 from ..kernels.kernels import Kernels
-from ..moreau.stepping_record import CONSTRAINTS, CONTACTS, JAMMED, LOADS, MASS, OVERLAP, Run
+from ..moreau.stepping_record import (
+    CONSTRAINTS,
+    CONTACTS,
+    JAMMED,
+    LOADS,
+    MASS,
+    NO_FRICTION,
+    OVERLAP,
+    SLIPS,
+    Run,
+)
 from ..ode.dense_output import Array
 from ..start.initial import number
 from ..start.loaded_joints import jammed
@@ -64,6 +75,18 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         )
     if run.failure == JAMMED:
         return str(jammed(model, t))
+    if run.failure == NO_FRICTION:
+        return (
+            f"The friction of contact '{_law_of(run, model, run.friction.blame)}' is below 0 or has no value in "
+            f"{where}. Write a law that stays above 0 wherever the contact is closed."
+        )
+    if run.failure == SLIPS:
+        return (
+            f"No coefficients of friction were found that agree with the slips in {where}: the law of contact "
+            f"'{_law_of(run, model, run.friction.blame)}' is missed by {run.friction.residual:.3g} of the greatest "
+            f"speed (required: {run.enough:.2g}). A shorter step helps where friction changes much with the slip; "
+            "method='auto' follows it from event to event."
+        )
     if run.failure == LOADS:
         return (
             f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
@@ -75,22 +98,20 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
     )
 
 
+def _law_of(run: Run, model: Model, a: int) -> str:
+    """Return the name of the contact whose normal is row ``a`` of the problem."""
+    e, pairs = int(run.contacts.owner[a]), run.families.pairs
+    if a < run.contacts.closed:
+        return model.contacts[e].name
+    slot = pairs.slots[e]
+    return label_of(model, int(pairs.first[slot]), int(pairs.second[slot]))
+
+
 def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
     for c in (*model.contacts, *(one for family in model.families for one in family.representatives)):
-        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
-        if moving:
-            raise SimulationError(
-                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
-                f"{', '.join(moving)}. Take method='auto'."
-            )
-        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
-            raise SimulationError(
-                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
-                "one. Leave static_friction out, or take method='auto'."
-            )
         if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
             raise SimulationError(
                 f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "

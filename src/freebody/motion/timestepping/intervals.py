@@ -80,7 +80,9 @@ class Values:
         self.kernels, self.drives, self.numbers = kernels, drives, numbers
         self.parameters = kernels.parameters(numbers)
         self._changes = first[::-1].tolist() if drives else []
-        self._first, self._rows, self._jumps = [0], [self.parameters], [0.0]
+        count = len(first)
+        self._all = Intervals(first, np.empty((count, len(self.parameters))), np.zeros(count))
+        self._all.parameters[0], self._count = self.parameters, 1
 
     def change(self, step: int, t: float, y: Array) -> bool:
         """Take the values that signals and controllers give at the start of a step; return True if there are any."""
@@ -92,12 +94,10 @@ class Values:
         self._changes.pop()
         self.numbers = dict(drives.numbers)
         self.parameters = self.kernels.parameters(self.numbers)
-        if step == 0:
-            self._rows[0] = self.parameters
-            return True
-        self._first.append(step)
-        self._rows.append(self.parameters)
-        self._jumps.append(self._energy(t, y) - before if drives.potential else 0.0)
+        if step > 0:
+            self._all.jumps[self._count] = self._energy(t, y) - before if drives.potential else 0.0
+            self._count += 1
+        self._all.parameters[self._count - 1] = self.parameters
         return True
 
     def next_change(self) -> float:
@@ -106,7 +106,8 @@ class Values:
 
     def intervals(self) -> Intervals:
         """Return the intervals up to the present step."""
-        return Intervals(np.array(self._first, dtype=np.int64), np.array(self._rows), np.array(self._jumps))
+        whole, some = self._all, slice(self._count)
+        return Intervals(whole.first[some], whole.parameters[some], whole.jumps[some])
 
     def _energy(self, t: float, y: Array) -> float:
         program = self.kernels.motion()

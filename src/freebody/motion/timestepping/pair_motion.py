@@ -95,7 +95,8 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     forces, slip = course._mean(rows[:, :-1], motion.t), slip[:, :n]
     modes = np.append(rows[:, -1], 0).astype(np.int64)  # the last one is that of a motion without a step
     mode = np.array(MODES)[modes[course._step_of(motion.t)]]
-    mu = number(model, course.values, contact.friction, "a coefficient of friction")
+    law = contact.name if contact.presser else family.name
+    mu = course.static_friction(law, contact, motion.t, motion.states)
     pressure = forces[:, 0] + number(model, course.values, contact.adhesion, "an adhesion")
     across = 1.0
     if contact.friction_across is not None:
@@ -103,7 +104,7 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     margin = friction_margin(mu, pressure, forces[:, 1:].T, across, np.sqrt)
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
-        np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,
+        np.where(mode == "open", np.nan, margin), mode, forces, mu, margin,
         np.where(mode == "open", approach, 0.0),
     )  # fmt: skip
 
