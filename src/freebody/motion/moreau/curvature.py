@@ -36,7 +36,7 @@ from ...native.instructions import Reals, compiled, greater, inlined, root
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, NORMAL, SECOND, Blocks, ContactProblem
 from ..cones.islands import Islands, connect
-from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Contacts, Run
+from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Run
 
 
 @inlined
@@ -110,15 +110,16 @@ def joins_alike(blocks: Blocks, r: int, s: int) -> int:
 
 
 @inlined
-def returned(contacts: Contacts, a: int) -> float:
-    """Return a + e (v⁻ - a) of a row."""
-    return contacts.turn[a] + contacts.rebound[a] * (contacts.before[a] - contacts.turn[a])
+def returned(run: Run, a: int) -> float:
+    """Return a + e (v⁻ - a) of a row; a alone by Poisson's law, which is one of impulses."""
+    contacts, e = run.contacts, 0.0 if run.expansion.poisson == 1 else run.contacts.rebound[a]
+    return contacts.turn[a] + e * (contacts.before[a] - contacts.turn[a])
 
 
 @compiled
 def after(run: Run, a: int) -> float:
     """Return v⁺ of a row."""
-    return run.problem.r[a] - returned(run.contacts, a)
+    return run.problem.r[a] - returned(run, a)
 
 
 @inlined
@@ -137,5 +138,7 @@ def lasting(run: Run, a: int) -> int:
     if not problem.scale[a] * problem.x[a] > negligible(run):
         return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
+        return OPENS
+    if run.expansion.poisson == 1 and contacts.rebound[a] > 0.0:
         return OPENS
     return LANDED if contacts.stays[a] == OPENS else STAYED

@@ -6,7 +6,8 @@
     3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M, or that pressed before:
                         0 <= Λ_N ⟂ v_N⁺ + a_N + e (v_N⁻ - a_N) >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺ + a_T)
                         with μ of the slip v_T⁺ + a_T, up to μ_s without one (`friction`)
-                        with the greatest part of e for which the contacts do no work (`gains`), and a of those that
+                        with the greatest part of e for which the contacts do no work (`gains`), by Poisson's law as
+                        an impulse e Λ (`expansion`), and a of those that
                         stay closed: by what their surfaces turn in half a step (`curvature`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
     5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
@@ -48,6 +49,7 @@ from .configuration import adhere, answers, close, evaluate, give, loads_at, nor
 from .correction import DEEP, correct
 from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import answer_block, meet
+from .expansion import expand, join_expansions
 from .free_joints import add_turning, fix, release
 from .friction import AGAIN, begin_friction, rub
 from .gains import gains
@@ -145,6 +147,7 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     It is halved, in the islands that gain, as that of an impact between events is (`cones.collision`). Where no
     impulses obey the law, there is none either.
     """
+    run.expansion.chosen = 0
     failure, turn = balanced(run, islands, t), 0
     while turn <= HALVINGS and failure == NONE and gains(run, islands) != 0:
         turn += 1
@@ -214,6 +217,8 @@ def solved(run: Run, islands: Islands, t: float, goal: float, trials: int) -> in
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
+        if run.expansion.poisson == 1 and run.expansion.chosen == 0:
+            join_expansions(run, islands)
         if run.friction.turns < 0:
             begin_friction(run, islands, t)
         run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
@@ -226,6 +231,8 @@ def solved(run: Run, islands: Islands, t: float, goal: float, trials: int) -> in
                 return JAMMED
             continue
         found = rub(run, t, goal) if run.friction.varies > 0 else NONE
+        if found == NONE and run.expansion.poisson == 1 and expand(run, islands, goal) == 0:
+            found = CONTACTS
         if found != AGAIN:
             return found
 
@@ -272,7 +279,7 @@ def contact_rates(run: Run, trials: int) -> None:
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
             # what the friction of a given normal force can change, since its own row is zero
             problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
-        problem.b[a] += returned(contacts, a)
+        problem.b[a] += returned(run, a)
         if trials == 0:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
 

@@ -216,6 +216,22 @@ class Friction(Record):
 
 
 @record
+class Expansion(Record):
+    """Memory of `expansion`.
+
+    ``poisson``    1 if restitution is by Poisson's law;  ``chosen``: 1 if the contacts that expand are known
+    ``x``, ``b``, ``low``    impulses of the compression, and its problem;  ``back``: e Λ_C
+    """
+
+    poisson: Count
+    chosen: Whole
+    x: Annotated[Row, "most"]
+    b: Annotated[Row, "most"]
+    low: Annotated[Row, "most"]
+    back: Annotated[Row, "most"]
+
+
+@record
 class Displaced(Record):
     """Contacts that press in a displacement, by ascending numbers (`correction.number`), and their ``impulses`` in all
     displacements of a correction together.
@@ -289,6 +305,7 @@ class Run(Record):
     loads: Loads
     bearings: Bearings
     friction: Friction
+    expansion: Expansion
     y: Row
     states: Rows
     log: Rows

@@ -8,6 +8,7 @@ from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
+from ...model.family import contact_laws
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..families.memory import label_of
@@ -111,9 +112,17 @@ def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
-    for c in (*model.contacts, *(one for family in model.families for one in family.representatives)):
-        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
-            raise SimulationError(
-                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
-                "Leave impact= out, or take method='auto'."
-            )
+    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "e") != 0]
+    kinds = {c.impact: c.name for c in bouncing}
+    if len(kinds) > 1:
+        newton, poisson = kinds["newton"], kinds["poisson"]
+        raise SimulationError(
+            f"Contact '{newton}' rebounds by Newton's and contact '{poisson}' by Poisson's law: in time steps they may "
+            "collide at once. Give all the same law: impact='newton' or 'poisson'."
+        )
+    loaded = [c.name for c in model.contacts if c.loaded]
+    if "poisson" in kinds and loaded:
+        raise SimulationError(
+            f"Contact '{kinds['poisson']}' rebounds by Poisson's law, and the load of its joint bounds the friction of "
+            f"'{loaded[0]}': an impact in time steps has one load. Take impact='newton', or method='auto'."
+        )

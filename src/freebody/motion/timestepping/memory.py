@@ -12,6 +12,7 @@ import numpy as np
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
 from ...model.contact import friction_varies
+from ...model.family import contact_laws
 from ...model.resistance import pressers
 from ...native.loop import Function, made
 from ..cones.islands import Islands
@@ -107,6 +108,10 @@ def memory_of(
     contacts.restitution = np.array(
         [number(model, values, c.restitution, "restitution") for c in model.contacts]
     )
+    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "restitution") != 0]
+    run.expansion.poisson = int(
+        any(c.impact == "poisson" for c in bouncing)
+    )  # all are (`failure.check_laws`)
     _fill_friction(run, kernels)
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.pull = np.zeros(E)
