@@ -43,7 +43,9 @@ def drive(s, body, rng):
     s.parameters(held=0.0)
     s.torque("motor", body, (0, 0, s.expression("held")))
     gain, rate = float(rng.uniform(0.1, 0.5)), "a0'"
-    s.controller(lambda t, x: gain * (2 * np.sin(5 * t) - x[rate]), float(rng.uniform(0.01, 0.05)), "held", name="pd")
+    s.controller(
+        lambda t, x: gain * (2 * np.sin(5 * t) - x[rate]), float(rng.uniform(0.01, 0.05)), "held", name="pd"
+    )
 
 
 def varied_scene(seed):
@@ -51,11 +53,16 @@ def varied_scene(seed):
     return mixed_scene(seed, varied=np.random.default_rng([31, seed]))
 
 
-def mixed_scene(seed, varied=None):
+def poisson_scene(seed):
+    """A scene of `mixed_scene` whose contacts rebound by Poisson's law."""
+    return mixed_scene(seed, bounce={"restitution": 0.3, "impact": "poisson"})
+
+
+def mixed_scene(seed, varied=None, bounce=None):
     """A scene, its start and the coordinates to compare.
 
     Disks, eccentric disks and boxes are thrown, with adhesion, springs, forces and couples; with a random generator
-    ``varied`` also with laws of friction that vary, and driven.
+    ``varied`` also with laws of friction that vary, and driven; ``bounce``: law of the impacts of all.
     """
     rng = np.random.default_rng([13, seed])
     kind = str(rng.choice(GROUNDS))
@@ -81,6 +88,7 @@ def mixed_scene(seed, varied=None):
             law["restitution"] = float(rng.uniform(0, 0.5))
         if varied is not None:
             vary(law, varied)
+        law |= bounce or {}
         offset = (0.03, 0, 0) if what == "eccentric" else (0, 0, 0)
         shape = body.corners(size=(0.5, 0.3)) if what == "box" else body.circle(0.2, at=offset)
         s.contact(f"c{i}", shape, floor, **law)

@@ -98,11 +98,12 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
                 raise SimulationError(f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}.")
         laws = (c.friction_at_rest, c.static_friction)
         if c.presser:
-            given = f"{c.law.about}= of contact '{c.owner}'"
+            law: Any = c.law
+            given = f"{law.about}= of contact '{c.owner}'"
             length = number(model, values, c.friction, given)
             if not length >= 0:
                 raise SimulationError(
-                    f"Expected {c.law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
+                    f"Expected {law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
                 )
             continue
         varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)
