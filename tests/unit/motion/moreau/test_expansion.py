@@ -19,13 +19,14 @@ def rod(mu, e):
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.8])
 @pytest.mark.parametrize("angle", [0.0, 0.5, -0.9])
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
-def test_an_impact_without_forces_is_that_by_events(mu, angle, e):
+def test_an_impact_without_forces_is_that_by_events_up_to_the_turn_of_a_step(mu, angle, e):
     start = {"a": angle, "y": 0.6, "x'": 0.7, "y'": -1.0}
     end = 0.6 - 0.5 * abs(np.sin(angle)) + 0.02  # after the first impact
     exact = fb.simulate(rod(mu, e), end, initial=start)
     steps = fb.simulate(rod(mu, e), end, initial=start, method="timestepping", step=1e-3)
     assert sum("impact" in str(event) for event in exact.happenings) >= 1
-    np.testing.assert_allclose(steps.at(end).u, exact.at(end).u, rtol=0, atol=1e-11)
+    turn = 1e-3 * 0.5 * (1 + abs(exact.at(end).u[2])) ** 2  # h r ω² of the end that hits
+    np.testing.assert_allclose(steps.at(end).u, exact.at(end).u, rtol=0, atol=turn)
     assert steps.residual <= 1e-12 and steps.energy.kinetic[-1] <= steps.energy.kinetic[0] * (1 + 1e-12)
 
 
