@@ -184,3 +184,22 @@ def rough_pendulum(mu, r, length=1.0):
     pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
     s.friction("dry", pin, coefficient=mu, radius=r)
     return s
+
+
+G, M, MU = 9.81, 2.0, 0.3
+
+
+def pushed_block(force, mu=MU, static=None):
+    """A block on a floor, pushed along it by a signal or by a controller, given by its function and period."""
+    s = fb.System("block")
+    s.gravity = (0, -G, 0)
+    body = s.body("block", fb.particle(M))
+    s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", body.origin, s.ground.plane(), friction=mu, static_friction=static)
+    if isinstance(force, tuple):
+        function, period = force
+        (push,) = (s.parameters(push=0.0),)
+        s.controller(function, period, "push", name="law")
+        force = push
+    s.force("F", body.origin, (force, 0, 0))
+    return s

@@ -24,10 +24,45 @@ def ground(s, rng, kind):
     return s.ground.plane(normal="y"), lambda x: 0.0
 
 
-def mixed_scene(seed):
+def vary(law, rng):
+    """Make friction greater at rest, or a law of slip, as the event-driven motion knows it."""
+    mu, kind = law["friction"], rng.choice(["static", "stribeck", "viscous"])
+    if kind == "static":
+        law["static_friction"] = mu * float(rng.uniform(1.1, 1.8))
+    elif kind == "stribeck":
+        law["friction"] = f"{mu:.4f} + {0.4 * mu:.4f}*exp(-slip/{rng.uniform(0.05, 0.3):.4f})"
+    else:
+        law["friction"] = f"{mu:.4f} + {rng.uniform(0.02, 0.2):.4f}*slip"
+
+
+def drive(s, body, rng):
+    """Push a body by a signal, and turn it by a sampled controller."""
+    times = np.concatenate([[0.0], np.sort(rng.uniform(0.05, 0.95, 5)), [2.0]])
+    gust = fb.signal(times, rng.uniform(-8, 8, 7), str(rng.choice(["linear", "previous"])), name="gust")
+    s.force("gusts", body.origin, (gust, 0, 0))
+    s.parameters(held=0.0)
+    s.torque("motor", body, (0, 0, s.expression("held")))
+    gain, rate = float(rng.uniform(0.1, 0.5)), "a0'"
+    s.controller(
+        lambda t, x: gain * (2 * np.sin(5 * t) - x[rate]), float(rng.uniform(0.01, 0.05)), "held", name="pd"
+    )
+
+
+def varied_scene(seed):
+    """A scene of `mixed_scene` whose friction varies, with a signal and a controller."""
+    return mixed_scene(seed, varied=np.random.default_rng([31, seed]))
+
+
+def poisson_scene(seed):
+    """A scene of `mixed_scene` whose contacts rebound by Poisson's law."""
+    return mixed_scene(seed, bounce={"restitution": 0.3, "impact": "poisson"})
+
+
+def mixed_scene(seed, varied=None, bounce=None):
     """A scene, its start and the coordinates to compare.
 
-    Disks, eccentric disks and boxes are thrown, with adhesion, springs, forces and couples.
+    Disks, eccentric disks and boxes are thrown, with adhesion, springs, forces and couples; with a random generator
+    ``varied`` also with laws of friction that vary, and driven; ``bounce``: law of the impacts of all.
     """
     rng = np.random.default_rng([13, seed])
     kind = str(rng.choice(GROUNDS))
@@ -51,6 +86,9 @@ def mixed_scene(seed):
             law["rolling"] = float(rng.uniform(0.002, 0.03))
         if rng.random() < 0.25:
             law["restitution"] = float(rng.uniform(0, 0.5))
+        if varied is not None:
+            vary(law, varied)
+        law |= bounce or {}
         offset = (0.03, 0, 0) if what == "eccentric" else (0, 0, 0)
         shape = body.corners(size=(0.5, 0.3)) if what == "box" else body.circle(0.2, at=offset)
         s.contact(f"c{i}", shape, floor, **law)
@@ -68,6 +106,8 @@ def mixed_scene(seed):
         s.force("F", bodies[0].origin, (force, 0, 0))
     if rng.random() < 0.3:
         s.torque("M", bodies[-1], (0, 0, float(rng.uniform(-3, 3))))
+    if varied is not None:
+        drive(s, bodies[0], varied)
     return s, start, [name for name in start if not name.endswith("'")]
 
 

@@ -109,13 +109,31 @@ def test_laws_that_time_stepping_does_not_know():
         return s, body
 
     run = {"initial": {"y": 0.1}, "method": "timestepping", "step": 0.01}
-    s, _ = machine(friction=0.3, restitution=0.5, impact="poisson")
+    s, body = machine(friction=0.3, restitution=0.5, impact="poisson")
+    s.contact("wall", body.circle(0.1), s.ground.plane(at=(3, 0, 0), normal="-x"), restitution=0.2)
     with pytest.raises(
-        SimulationError, match="knows Newton's restitution, but contact 'floor' has impact='poisson'"
+        SimulationError,
+        match="Contact 'wall' rebounds by Newton's and contact 'floor' by Poisson's law: .* Give all the same law",
     ):
         fb.simulate(s, 0.1, **run)
-    s, _ = machine(friction=0.3, static_friction=0.4)
-    with pytest.raises(SimulationError, match="knows one coefficient of friction, but contact 'floor'"):
+    s, body = machine(friction=0.3, restitution=0.5, impact="poisson")
+    arm = s.body("arm", fb.slender_bar(1, 1, axis="x"))
+    pin = s.hinge("pin", s.ground, arm, at=(0, 5, 0), axis="z", coordinate="q")
+    s.friction("dry", pin, coefficient=0.3, radius=0.1)
+    with pytest.raises(
+        SimulationError, match="'floor' rebounds by Poisson's law, and the load .* 'dry': an impact"
+    ):
+        fb.simulate(s, 0.1, **run)
+    s, _ = machine(friction="0.3 - slip")
+    with pytest.raises(
+        SimulationError,
+        match="friction of contact 'floor' is below 0 or has no value in the step of 'disk' at t = 0",
+    ):
+        fb.simulate(s, 0.1, **{**run, "initial": {"y": 0.1, "x'": 1}})
+    s, _ = machine(friction="0.3 + log(0.05 - t)/100")
+    with pytest.raises(
+        SimulationError, match="friction of contact 'floor' is below 0 or has no value .* t = 0.05 s"
+    ):
         fb.simulate(s, 0.1, **run)
     s, body = machine(friction=0.3)
     with pytest.raises(SimulationError, match="The blow 'wall' meets a surface"):

@@ -8,29 +8,12 @@ import numpy as np
 import pytest
 
 import freebody as fb
-
-G, M, MU = 9.81, 2.0, 0.3
-
-
-def block(force, mu=MU, static=None):
-    """A block on a floor, pushed along it."""
-    s = fb.System("block")
-    s.gravity = (0, -G, 0)
-    body = s.body("block", fb.particle(M))
-    s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
-    s.contact("floor", body.origin, s.ground.plane(), friction=mu, static_friction=static)
-    if isinstance(force, tuple):
-        function, period = force
-        (push,) = (s.parameters(push=0.0),)
-        s.controller(function, period, "push", name="law")
-        force = push
-    s.force("F", body.origin, (force, 0, 0))
-    return s
+from contact_machines import MU, G, M, pushed_block
 
 
 def test_a_ramp_makes_a_block_slip_at_the_limit_of_friction():
     """F = 4 t to t = 2, then 8 N: slip from F = μ m g, v = ∫ (F/m - μ g) dt."""
-    s = block(fb.signal([0, 2, 5], [0, 8, 8]))
+    s = pushed_block(fb.signal([0, 2, 5], [0, 8, 8]))
     motion = fb.simulate(s, 4, samples=401)
     begin = MU * M * G / 4
     (first, second) = motion.modes
@@ -53,7 +36,7 @@ def test_a_ramp_makes_a_block_slip_at_the_limit_of_friction():
 
 
 def test_a_step_of_a_signal_changes_the_modes_at_once():
-    s = block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
+    s = pushed_block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
     motion = fb.simulate(s, 3, samples=301)
     assert [(m.mode, m.why) for m in motion.modes][:2] == [
         ("stick", "the start"), ("slip+", "a change of a signal or controller")
@@ -74,7 +57,7 @@ def test_a_sampled_brake():
         read.append((t, now["x'"]))
         return -c * now["x'"]
 
-    s = block((law, h))
+    s = pushed_block((law, h))
     motion = fb.simulate(s, 2, initial={"x'": v}, samples=201)
     t, speeds = 0.0, [v]
     while True:
@@ -111,7 +94,7 @@ def test_gravity_that_jumps_is_work():
 
 def test_events_and_blows_that_a_change_calls():
     """The function of an event jumps through zero where a controller changes its input; so may that of a blow."""
-    s = block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
+    s = pushed_block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
     kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
     motion = fb.simulate(s, 2, events=[fb.event("push - 2 + t - 1", name="on")], impulses=[kick])
     assert [event.time for event in motion.events if event.name in ("on", "kick")] == [1.0, 1.0]
@@ -121,7 +104,7 @@ def test_events_and_blows_that_a_change_calls():
 
 
 def test_a_saved_motion_has_the_values_of_each_phase(tmp_path):
-    s = block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
+    s = pushed_block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
     motion = fb.simulate(s, 3, samples=31)
     motion.save(tmp_path / "motion.nc")
     again = fb.Trajectory.load(tmp_path / "motion.nc")
@@ -131,7 +114,7 @@ def test_a_saved_motion_has_the_values_of_each_phase(tmp_path):
 
 
 def test_motions_of_a_batch_with_a_signal():
-    s = block(fb.signal([0, 2, 5], [0, 8, 8]))
+    s = pushed_block(fb.signal([0, 2, 5], [0, 8, 8]))
     one = fb.simulate(s, 3, samples=4)
     data = fb.simulate(s, 3, initial={"x": [0.0, 1.0]}, samples=4)
     np.testing.assert_allclose(data["x"].values, [one["x"], one["x"] + 1], atol=1e-12)

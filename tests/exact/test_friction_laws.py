@@ -250,10 +250,97 @@ def test_a_motion_that_ends_by_a_load_blames_no_friction():
     assert "friction" not in str(caught.value)
 
 
-def test_time_steps_know_constant_friction():
-    with pytest.raises(SimulationError) as caught:
-        fb.simulate(block("0.2 + x^2 + slip"), 1, method="timestepping", step=1e-2)
-    assert str(caught.value) == (
-        "method='timestepping' knows constant friction, but that of contact 'floor' depends on x, slip. Take "
-        "method='auto'."
+def test_in_time_steps_a_block_stops_after_the_time_of_stribeck():
+    """In every step the law holds at its end: v_{k+1} = v_k - g h μ(v_{k+1}); so the stop is off by a few steps."""
+    stops = float(stribeck_time(1.0, MU, MU_S, V_S))
+    for h in (4e-3, 1e-3):
+        motion = fb.simulate(block(STRIBECK), 1, initial={"x'": 1.0}, method="timestepping", step=h)
+        assert [change.mode for change in motion.modes] == ["slip+", "stick"] and motion.residual <= 1e-12
+        assert abs(motion.modes[-1].start - stops) < h
+        v = motion.path.states[:, 2]
+        k = round(motion.modes[-1].start / h)
+        law = MU + (MU_S - MU) * np.exp(-v[1:k] / V_S)
+        np.testing.assert_allclose(np.diff(v[:k]), -G * h * law, rtol=0, atol=1e-12 * (v[0] + G * h))
+
+
+@pytest.mark.parametrize(
+    ("friction", "laws"),
+    [
+        (STRIBECK, {}),
+        ("mu", {"static_friction": "mu_s"}),
+        ("0.2 + 0.5*slip", {}),
+        ("0.3/(1 + x^2) + 0.05*t", {}),
+    ],
+)
+def test_in_time_steps_a_block_on_a_belt_sticks_and_slips_as_by_events(friction, laws):
+    """A spring holds it back: the margin of a stick is never negative, and errors fall with the step."""
+    s = block(friction, belt=0.3, **laws)
+    s.generalized_force("x", "-40*x")
+    exact, times = fb.simulate(s, 5), np.linspace(0, 5, 51)
+    errors = []
+    for h in (4e-3, 1e-3):
+        motion = fb.simulate(s, 5, method="timestepping", step=h)
+        errors.append(np.abs(motion.at(times)["x"] - exact.at(times)["x"]).max())
+        assert [m.mode for m in motion.modes] == [m.mode for m in exact.modes]
+        floor = motion.contacts["floor"]
+        assert floor.margin[floor.mode == "stick"].min() > -1e-9 and motion.residual <= 1e-12
+    assert errors[1] < 0.4 * errors[0]
+
+
+def test_in_time_steps_static_friction_of_a_pile_and_of_a_joint():
+    """A family of blocks on a slope between the two angles, with the law of a pair: it rests; started, it slides."""
+    s = fb.System("slope")
+    s.gravity = (G * math.sin(0.3), 0, -G * math.cos(0.3))  # tan 0.3 = 0.309
+    balls, start = [], {}
+    for i in range(2):
+        body = s.body(f"b{i}", fb.sphere(1, 0.1))
+        s.chain(
+            f"c{i}",
+            s.ground,
+            body,
+            [fb.Slider("x", f"x{i}"), fb.Slider("y", f"y{i}"), fb.Slider("z", f"z{i}")],
+        )
+        balls.append(body.sphere(0.1))
+        start |= {f"z{i}": 0.1, f"y{i}": i, f"x{i}'": i}
+    s.contacts("on", balls, against=s.ground.plane(normal="z"), friction=0.2, static_friction=0.35)
+    motion = fb.simulate(s, 1, initial=start, method="timestepping", step=5e-3)
+    assert np.abs(motion["x0"]).max() < 1e-12 and motion.contacts["on[b0,ground]"].mode[-1] == "stick"
+    slides = 1 + 0.5 * G * (math.sin(0.3) - 0.2 * math.cos(0.3))
+    assert motion["x1"][-1] == pytest.approx(slides, rel=1e-9)
+    margin = motion.contacts["on[b0,ground]"].margin[-1]
+    assert margin == pytest.approx(G * (0.35 * math.cos(0.3) - math.sin(0.3)), rel=1e-9)
+    wheel = fb.System("wheel")
+    disk = wheel.body("wheel", fb.disk(2, 1))  # J = 1
+    hinge = wheel.hinge("h", wheel.ground, disk, coordinate="a")
+    wheel.friction("dry", hinge, torque="1 + exp(-slip/0.3)")
+    wheel.torque("M", hinge, "0.8*t")
+    exact = fb.simulate(wheel, 4)
+    steps = fb.simulate(wheel, 4, method="timestepping", step=1e-3)
+    assert [m.mode for m in steps.modes] == ["stick", "slip+"] == [m.mode for m in exact.modes]
+    assert (
+        steps.modes[1].start == pytest.approx(2.5, abs=2e-3) and abs(steps["a"][-1] - exact["a"][-1]) < 5e-3
     )
+
+
+def test_an_impact_in_a_step_has_the_friction_of_the_slip_before_it():
+    """A disk lands on a floor: Δv = -μ(v⁻) Δv_N; a block that rests on it elsewhere keeps its static friction."""
+    s = fb.System("landing")
+    s.gravity = (0, -G, 0)
+    disk, rest = s.body("disk", fb.particle(1)), s.body("rest", fb.particle(1))
+    for name, body in (("d", disk), ("r", rest)):
+        s.chain(name, s.ground, body, [fb.Slider("x", f"{name}x"), fb.Slider("y", f"{name}y")])
+        s.contact(
+            f"{name}c",
+            body.origin,
+            s.ground.plane(normal="y"),
+            friction="0.1 + 0.05*slip",
+            static_friction=0.3,
+        )
+    s.force("pull", rest, (0.2 * G, 0, 0))
+    start = {"dx'": 4.0, "dy": 0.5, "dy'": -2.0}
+    motion = fb.simulate(s, 0.5, initial=start, method="timestepping", step=1e-4)
+    fall = math.sqrt(4 + 2 * G * 0.5)
+    after = 4 - (0.1 + 0.05 * 4) * fall
+    landed = (fall - 2) / G
+    assert motion.at(landed + 3e-4)["dx'"] == pytest.approx(after, abs=5e-3)
+    assert np.abs(motion["rx"]).max() < 1e-12

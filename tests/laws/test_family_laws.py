@@ -245,24 +245,6 @@ def test_what_families_refuse():
         s.contacts("pile", shapes, impact="hertz")
     with pytest.raises(ModelError, match="rolling= of 0 m or more for the family of contacts 'pile', got -1"):
         s.contacts("pile", shapes, rolling=-1)
-    for laws, message in (
-        (
-            {"friction": "mu*slip + 0.1"},
-            "but that of contact 'floor.ball,ground.' depends on slip",
-        ),
-        (
-            {"friction": 0.3, "static_friction": 0.4},
-            "but contact 'floor.ball,ground.' also has a static",
-        ),
-        (
-            {"impact": "poisson", "restitution": 0.5},
-            "knows Newton's restitution, but contact 'floor.ball,ground.' has",
-        ),
-    ):
-        s, _ = ball(False, True)
-        s.contacts("floor_", [s.bodies["ball"].sphere(R), s.ground.plane(at=(0, 0, -1), normal="z")], **laws)
-        with pytest.raises(SimulationError, match=message.replace("floor.ball", "floor_.ball")):
-            fb.simulate(s, 1, initial={"f_z": R}, method="timestepping", step=1e-2)
     s, start = ball(True, True, rolling="d")
     with pytest.raises(SimulationError, match="Expected rolling= of 0 m or more for contact 'floor', got -1"):
         fb.simulate(s, 1, initial=start, values={"d": -1}, method="timestepping", step=1e-2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from mixed_scenes import legged_scene, mixed_scene
+from mixed_scenes import legged_scene, mixed_scene, poisson_scene, varied_scene
 
 STEPS = (2e-3, 1e-3, 5e-4)
 SCATTER = 5.0
@@ -38,6 +38,22 @@ def test_steps_come_to_the_motion_by_events(seed):
 def test_steps_come_to_the_motion_of_a_leg_by_events(seed):
     """A stop at rest beside dry friction; a step of radau to an event whose iteration does not converge."""
     compare(legged_scene, seed)
+
+
+@pytest.mark.parametrize("seed", [6, 12])
+def test_steps_with_friction_that_varies_come_to_the_motion_by_events(seed):
+    compare(varied_scene, seed)
+
+
+@pytest.mark.parametrize("seed", [9])
+def test_steps_with_poissons_law_come_to_the_motion_by_events(seed):
+    compare(poisson_scene, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 180))
+def test_steps_with_laws_that_vary_come_to_the_motions_by_events(seed):
+    compare(varied_scene if seed < 140 else poisson_scene, seed)
 
 
 @pytest.mark.slow

@@ -49,6 +49,12 @@ def friction_margin(static: Any, pressure: Any, T: Any, ratio: Any, sqrt: Callab
     return static * pressure - sqrt(square)
 
 
+def friction_varies(model: Model, contact: Contact) -> bool:
+    """Return True if the friction of a contact depends on slip, place, speeds or time, or is another one at rest."""
+    moving = model.names.depends(contact.friction, "coordinate", "speed", "time")
+    return contact.slows or bool(moving) or contact.friction != contact.static_friction
+
+
 OF_LENGTHS = {"gap": "m", "approach": "m/s", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
 OF_ANGLES = {
     "gap": "rad",

@@ -329,6 +329,11 @@ def _check_laws(family: Family) -> None:
     family.representatives  # noqa: B018  refuses spinning in a plane
 
 
+def contact_laws(model: Model) -> list[Contact]:
+    """Return the contacts of a model, and those that have the laws of its families."""
+    return [*model.contacts, *(contact for family in model.families for contact in family.representatives)]
+
+
 def text_of_members(family: Family) -> str:
     """Return the members in words: how many of which kind, of how many bodies."""
     count = ", ".join(f"{len(members)} {kind}" for kind, members in family.by_kind.items())

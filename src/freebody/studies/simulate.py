@@ -102,7 +102,8 @@ def simulate(
         that needs more because of ``step``, ``max_step`` or the period of a controller is refused at once.
     step : float, optional
         Length of all steps [s], whatever their error: required by ``method="structure"`` and "timestepping", possible
-        with all methods except "auto".
+        with all methods except "auto". In time steps it is the greatest one: samples of controllers and break points of
+        signals end a step, and between two of them all steps are equal.
     progress : bool or function, optional
         True to show a progress bar once a second has passed; if not given, only on a terminal. A function is called
         several times a second with the part of the run that is done.

@@ -13,7 +13,7 @@ from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ...model.contact import friction_margin
 from ...model.model import Model
-from ..families.pair_quantities import pair_quantities
+from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array, Path, observe
@@ -269,8 +269,9 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
     values = {p.name: motion.numbers[p.name] for p in pair.of.parameters}
     family = pair.of.families[pair.family]
+    poses = poses_at(rolled, values, motion.t, motion.states[:, : model.n_q + model.n_u])
     gap, approach, slip, _ = pair_quantities(
-        rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]
+        rolled, values, family, (pair.first, pair.second), motion.t, poses
     )
     some = [parts[model.contacts[k].name] for k in pair.places]
     forces = np.sum([part.least for part in some], axis=0)

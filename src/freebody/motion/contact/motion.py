@@ -9,6 +9,7 @@ import numpy as np
 
 from ...describe.contacts.normal_law import first_forces, refuse_pull
 from ...errors import SimulationError, nearest
+from ...model.family import contact_laws
 from ..ending import FAILED, End
 from ..events.event_run import ORDERS
 from ..legs.blow import blows_of, scheduled
@@ -87,8 +88,7 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
-    of_families = (contact for family in model.families for contact in family.representatives)
-    for c in (*model.contacts, *of_families):
+    for c in contact_laws(model):
         for name in ("radius", "length") if c.loaded else ():
             given = getattr(c.law, name)
             size = (
@@ -98,11 +98,12 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
                 raise SimulationError(f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}.")
         laws = (c.friction_at_rest, c.static_friction)
         if c.presser:
-            given = f"{c.law.about}= of contact '{c.owner}'"
+            law: Any = c.law
+            given = f"{law.about}= of contact '{c.owner}'"
             length = number(model, values, c.friction, given)
             if not length >= 0:
                 raise SimulationError(
-                    f"Expected {c.law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
+                    f"Expected {law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
                 )
             continue
         varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)

@@ -13,11 +13,13 @@ from ...dynamics.kinematics import link_postures, motions, place_of, velocities
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model import Model
+from ...model.contact import friction_varies
 from ...model.family import Family, touch_each_other, touch_in_patch, turned
 from ...model.model import GROUND
 from ...scalar.algebra import ZERO
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
+from ..ode.dense_output import Array
 from ..start.initial import number
 from .family_record import BALL, DRUM, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
 from .meshes import core_of, mesh_of
@@ -69,7 +71,7 @@ def _fill_links(
 ) -> None:
     model, links = kernels.model, of.links
     program, name = link_poses(kernels)
-    links.code, links.c = program.address(name), program.constants(kernels.parameters(values))
+    links.code = program.address(name)
     links.poses = np.zeros(POSE * (1 + len(model.links)))
     links.poses[[0, 4, 8]] = 1
     place = np.argsort(order)
@@ -229,7 +231,7 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
     laws.up = np.array([float(x) for family in model.families for x in family.upright] or [0.0])
     laws.axis = np.array([float(x) for family in model.families for x in family.planar or ZERO] or [0.0])
     for name, field in (
-        ("mu", "friction"), ("restitution", "restitution"), ("adhesion", "adhesion"), ("rolling", "rolling"),
+        ("restitution", "restitution"), ("adhesion", "adhesion"), ("rolling", "rolling"),
         ("spinning", "spinning"),
     ):  # fmt: skip
         numbers = [
@@ -237,6 +239,7 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
             for one in model.families
         ]
         setattr(laws, name, np.array(numbers or [0.0]))
+    laws.mu = np.array([_friction(model, values, one) for one in model.families] or [0.0])
     laws.directed = whole(int(one.law.along is not None) for one in model.families)
     state = float_state(model, values=values)
     laws.along = np.array([float(state(x)) for one in model.families for x in one.law.along or ZERO] or [0.0])
@@ -244,11 +247,28 @@ def _fill_laws(of: Families, kernels: Kernels, values: Mapping[str, float]) -> t
     normals = [None if one.law.normal_force is None else normal_law(kernels, one) for one in model.families]
     laws.compliant = sum(one is not None for one in normals)
     laws.normal = whole(0 if one is None else one.address("normal") for one in normals)
-    constants = [np.zeros(0) if one is None else one.constants(kernels.parameters(values)) for one in normals]
-    laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
-    laws.normal_c = np.concatenate([*constants, [0.0]])
     laws.given = np.zeros(model.n_q + model.n_u + 2)
     return tuple(programs)
+
+
+def set_constants(of: Families, kernels: Kernels, parameters: Array) -> None:
+    """Give the kernels of poses and of normal forces the constants of values of the parameters."""
+    program, _ = link_poses(kernels)
+    of.links.c = program.constants(parameters)
+    families = kernels.model.families
+    constants = [
+        np.zeros(0) if one.law.normal_force is None else normal_law(kernels, one).constants(parameters)
+        for one in families
+    ]
+    of.laws.normal_at = whole(np.cumsum([0, *map(len, constants)]))
+    of.laws.normal_c = np.concatenate([*constants, [0.0]])
+
+
+def _friction(model: Model, values: Mapping[str, float], family: Family) -> float:
+    """Return the coefficient of friction of a family; 0 if it varies, so that the steps find it."""
+    if any(friction_varies(model, contact) for contact in family.representatives[:1]):
+        return 0.0
+    return number(model, values, family.law.friction, f"the friction of {family!r}")
 
 
 def _ratio(model: Model, values: Mapping[str, float], family: Family) -> float:

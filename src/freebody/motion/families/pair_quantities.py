@@ -21,21 +21,25 @@ from .narrow_phase import P, Q, T
 from .pair_programs import numbers_of, pair_program
 
 
+def poses_at(kernels: Kernels, values: Mapping[str, float], times: Array, states: Array) -> Array:
+    """Return the poses of all links at states."""
+    program, name = link_poses(kernels)
+    constants = program.constants(kernels.parameters(values))
+    return observe(program.address(name), program.outputs(name), times, states, constants)
+
+
 def pair_quantities(
     kernels: Kernels,
     values: Mapping[str, float],
     family: Family,
     pair: tuple[int, int],
     times: Array,
-    states: Array,
+    poses: Array,
 ) -> tuple[Array, Array, Array, Array]:
     """Return gap and approach (n,), inf and nan beside the ends of a side, the slip along both tangents (n, 2), and the
-    relative angular velocity about the axes of rolling and about the normal (n, 3).
+    relative angular velocity about the axes of rolling and about the normal (n, 3), at poses of the links.
     """
     model = kernels.model
-    program, name = link_poses(kernels)
-    constants = program.constants(kernels.parameters(values))
-    poses = observe(program.address(name), program.outputs(name), times, states, constants)
     if touch_in_patch(*(family.members[k].shape for k in pair)):
         return patch_quantities(kernels, values, model.families.index(family), pair, times, poses)
     state = float_state(model, values=values)

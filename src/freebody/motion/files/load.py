@@ -35,6 +35,7 @@ from ..ode.layout import ORDERS
 from ..phase.candidates import layout_of
 from ..phase.scene import Phase, phase_of
 from ..timestepping.course import Impulses, InSteps, Stepping
+from ..timestepping.intervals import Intervals
 from ..timestepping.pair_motion import PairLog, width_of
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
@@ -188,10 +189,22 @@ def _course(
             _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
         stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping) if x.name in about))
-        return InSteps(kernels, values, path, impulses, stepping, (first, tangents))
+        intervals = _intervals(kernels, values, read, steps)
+        return InSteps(kernels, values, path, impulses, stepping, (first, tangents), intervals)
     if kind not in ("smooth", "phases"):
         raise ValueError(f"its kind is {kind!r}")
     return InLegs(happenings)
+
+
+def _intervals(kernels: Kernels, values: Mapping[str, float], read: _Reader, steps: int) -> Intervals:
+    """Return the values of the parameters in every step."""
+    if "interval_first" not in read.parts:
+        return Intervals(np.zeros(1, dtype=np.int64), kernels.parameters(values)[None], np.zeros(1))
+    first = read.integers("interval_first", (None,), max(steps, 1))
+    if first[0] != 0 or (np.diff(first) <= 0).any():
+        raise ValueError("its intervals are not in order")
+    parameters = read.reals("interval_parameters", (len(first), len(kernels.model.parameters)))
+    return Intervals(first, parameters, read.reals("interval_jumps", (len(first),)))
 
 
 def _corrections(model: Model, read: _Reader, steps: int) -> Array:

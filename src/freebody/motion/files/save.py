@@ -158,6 +158,8 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         if motion.kernels.model.families:
             arrays["pairs"] = impulses.pairs.entries
             arrays["pair_counts"] = np.diff(impulses.pairs.ends)
+        for name in ("first", "parameters", "jumps") if len(course.intervals.first) > 1 else ():
+            arrays[f"interval_{name}"] = getattr(course.intervals, name)
         about |= asdict(course.stepping)
         about["blows"] = [
             (step, name, [

@@ -122,6 +122,18 @@ class Drives:
         """Return the time of the next change, or the end."""
         return min(self._next[0][0], self.end) if self._next else self.end
 
+    def stops(self) -> list[float]:
+        """Return the times of all changes between the start and the end, those that count as one once."""
+        moments = [self.begin + p * np.arange(1, (self.end - self.begin) / p + 1) for p in self.periods]
+        moments += [np.asarray(placed.signal.times, dtype=float) for placed in self.model.signals]
+        result: list[float] = []
+        last = self.begin
+        for t in sorted(np.concatenate([np.empty(0), *moments]).tolist()):
+            if t > self._soon(last) and self._soon(t) < self.end:
+                result.append(t)
+                last = t
+        return result
+
     def change(self, t: float, y: Array) -> bool:
         """Apply the changes at t, signals before controllers; return True if there were any."""
         due = self._due(t)
@@ -273,6 +285,7 @@ def _check_inputs(model: Model) -> None:
         )
         for link in model.links
     ]
+    fixed += [(family.law, [member.shape for member in family.members]) for family in model.families]
     fixed += [model.constraints, list(model.contacts)]
     for symbol in symbols_of(fixed):
         if symbol.name in names:

@@ -5,7 +5,9 @@
 
 v₋ is v⁺ of the last step, in the middle of that step. The speeds are the same, so v⁻ - v₋ is by what the surfaces turn
 from one middle to the next, and T by what they turn in half a step, in the mean. a extrapolates T to this middle. On a
-plane, T = a = 0.
+plane, T = a = 0. Where the last steps had other lengths h₋, h₋₋, T and T₋ are those of this length:
+
+    T = h/(h + h₋) (v⁻ - v₋),   a = T + p (T - h/h₋ T₋),   p = (h + h₋)/(h + 2 h₋ + h₋₋)
 
 Work. Where Λ_N > 0, v⁺ = -a - e (v⁻ - a), and Λ (v⁻ + v⁺)/2 = (1 - e) Λ (v⁻ - a)/2 <= 0. Friction that sticks does
 Λ_T (v⁻ - a)/2, of either sign. Where it would be positive with the impulse of the last step, changed by what it takes
@@ -34,14 +36,16 @@ from ...native.instructions import Reals, compiled, greater, inlined, root
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, NORMAL, SECOND, Blocks, ContactProblem
 from ..cones.islands import Islands, connect
-from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Contacts, Run
+from .stepping_record import BEGINS, CLOSED_GAP, LANDED, OPENS, STAYED, Run
 
 
 @inlined
-def turned(stays: int, last: Reals, before: float) -> tuple[float, float]:
+def turned(run: Run, stays: int, last: Reals, before: float) -> tuple[float, float]:
     """Return T and its extrapolation of a row with the rates v₋, T₋ and v⁻."""
-    T = before - last[0] if stays == BEGINS else 0.5 * (before - last[0])
-    a = 1.5 * T - 0.5 * last[1] if stays == STAYED else T
+    both = run.h + run.past[0]
+    T = before - last[0] if stays == BEGINS else run.h / both * (before - last[0])
+    part = both / (both + (run.past[0] + run.past[1]))
+    a = (1.0 + part) * T - part * (run.h / run.past[0]) * last[1] if stays == STAYED else T
     return T, 0.0 if stays == OPENS else a
 
 
@@ -106,15 +110,16 @@ def joins_alike(blocks: Blocks, r: int, s: int) -> int:
 
 
 @inlined
-def returned(contacts: Contacts, a: int) -> float:
-    """Return a + e (v⁻ - a) of a row."""
-    return contacts.turn[a] + contacts.rebound[a] * (contacts.before[a] - contacts.turn[a])
+def returned(run: Run, a: int) -> float:
+    """Return a + e (v⁻ - a) of a row; a alone by Poisson's law, which is one of impulses."""
+    contacts, e = run.contacts, 0.0 if run.expansion.poisson == 1 else run.contacts.rebound[a]
+    return contacts.turn[a] + e * (contacts.before[a] - contacts.turn[a])
 
 
 @compiled
 def after(run: Run, a: int) -> float:
     """Return v⁺ of a row."""
-    return run.problem.r[a] - returned(run.contacts, a)
+    return run.problem.r[a] - returned(run, a)
 
 
 @inlined
@@ -133,5 +138,7 @@ def lasting(run: Run, a: int) -> int:
     if not problem.scale[a] * problem.x[a] > negligible(run):
         return OPENS
     if contacts.rebound[a] * (contacts.before[a] - contacts.turn[a]) < 0.0:
+        return OPENS
+    if run.expansion.poisson == 1 and contacts.rebound[a] > 0.0:
         return OPENS
     return LANDED if contacts.stays[a] == OPENS else STAYED

@@ -5,7 +5,9 @@
                         with the normal forces of compliant contacts N(q_M, u) in f
     3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M, or that pressed before:
                         0 <= Λ_N ⟂ v_N⁺ + a_N + e (v_N⁻ - a_N) >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺ + a_T)
-                        with the greatest part of e for which the contacts do no work (`gains`), and a of those that
+                        with μ of the slip v_T⁺ + a_T, up to μ_s without one (`friction`)
+                        with the greatest part of e for which the contacts do no work (`gains`), by Poisson's law as
+                        an impulse e Λ (`expansion`), and a of those that
                         stay closed: by what their surfaces turn in half a step (`curvature`)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
     5. correction       along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, those of contacts that press 0, and φ = 0
@@ -41,14 +43,16 @@ from ..cones.block_rows import along, dot, magnitude
 from ..cones.collision import HALVINGS
 from ..cones.cone import bound
 from ..cones.contact_problem import FIRST, LINE, NORMAL
-from ..cones.contacts import EXACT
-from ..cones.islands import Islands, connect, island_of
+from ..cones.islands import Islands, island_of
 from .bearings import AGREE, PASSES, bear
 from .configuration import adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import DEEP, correct
 from .curvature import after, lasting, returned, set_turns, turned
 from .elimination import answer_block, meet
+from .expansion import expand, join_expansions
 from .free_joints import add_turning, fix, release
+from .friction import AGAIN, begin_friction, rub
+from .gains import gains
 from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, press_pairs, room_left, slip, sticking
@@ -119,9 +123,9 @@ def midpoint(run: Run, islands: Islands, t: float) -> int:
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
         r, e = problem.rows[a], contacts.owner[a]
-        contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+        contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r] * (run.h / run.past[0])
         contacts.stays[a] = abs(contacts.kept[e]) if problem.kinds[a] == NORMAL else contacts.stuck[e]
-        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], contacts.last[r], run.rates[r])
+        contacts.half[a], contacts.turn[a] = turned(run, contacts.stays[a], contacts.last[r], run.rates[r])
     give(run, run.given)
     press_pairs(run, t + 0.5 * run.h)
     begin_pairs(run)
@@ -143,6 +147,7 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     It is halved, in the islands that gain, as that of an impact between events is (`cones.collision`). Where no
     impulses obey the law, there is none either.
     """
+    run.expansion.chosen = 0
     failure, turn = balanced(run, islands, t), 0
     while turn <= HALVINGS and failure == NONE and gains(run, islands) != 0:
         turn += 1
@@ -153,42 +158,8 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         failure = balanced(run, islands, t)
     if failure == NONE:
         run.reduced += 1 if turn > 0 else 0
-        run.residual = greater(run.residual, run.problem.residual)
+        run.residual = greater(run.residual, greater(run.problem.residual, run.friction.residual))
     return failure
-
-
-@compiled
-def gains(run: Run, islands: Islands) -> int:
-    """Return the number of islands whose contacts do work, and of which some rebound; leave others no ``rebounds``.
-
-    Λ·(v⁻ + v⁺)/2 is what T + V of a step gains beside its loads. Gravity that turns a speed within the step has a part
-    in it, of Λ·g h/2 at most: friction that an impact lets slip back, for instance. Such a step rebounds less, too.
-    """
-    contacts, problem, energy, found = run.contacts, run.problem, islands.energy, 0
-    for a in range(problem.count):
-        found += 1 if contacts.rebound[a] > 0.0 and problem.x[a] > 0.0 else 0
-    if found == 0:
-        return 0
-    connect(problem, islands)
-    for b in range(problem.blocks.count):
-        islands.rebounds[b] = 0
-        for k in range(3):
-            energy[b, k] = 0.0
-    for a in range(problem.count):
-        b, before, speed = island_of(problem, islands, a), contacts.before[a], after(run, a)
-        if b >= 0:
-            x = 0.5 * problem.x[a]
-            if problem.kinds[a] == NORMAL:
-                islands.rebounds[b] += 1 if contacts.rebound[a] > 0.0 and x > 0.0 else 0
-            energy[b, 0] += x * (before + speed)
-            energy[b, 1] += abs(x) * (abs(before) + abs(speed))
-    found = 0
-    for b in range(problem.blocks.count):
-        small = greater(EXACT, problem.residual) * energy[b, 1]
-        if not (islands.rebounds[b] > 0 and energy[b, 0] > small):
-            islands.rebounds[b] = 0
-        found += 1 if islands.rebounds[b] > 0 else 0
-    return found
 
 
 @compiled
@@ -197,24 +168,17 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
         loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
-    size, best, idle, r, trials, passes, least = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
+    size, best, idle, r, trials, least = 0.0, 0.0, 0, 1.0, 0, run.tolerance
     goal = least
-    loads.changes = 0
+    loads.changes, run.friction.turns = 0, -1 if run.friction.varies > 0 else 0
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
     while True:
-        free_velocity(run)  # 2
-        contact_rates(run, trials)  # 3
-        run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
-        if impulses(run, islands, goal, run.enough, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
-            return CONTACTS
+        failure = solved(run, islands, t, goal, trials)
+        if failure != NONE:
+            return failure
         least = run.enough if problem.residual > goal else least  # of the other problems of the step, too
         goal = greater(goal, least)
-        if run.bearings.count > 0 and bear(run, t) > AGREE:
-            passes += 1
-            if passes > PASSES:
-                return JAMMED
-            continue
         if machine.turning == 0:
             break
         for i in range(machine.n):
@@ -242,6 +206,35 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
         goal = lesser(goal, greater(least, 0.1 * size))
     return NONE
+
+
+@compiled
+def solved(run: Run, islands: Islands, t: float, goal: float, trials: int) -> int:
+    """Find free speeds and impulses with the impulse of the loads, and the limits of friction by loads of joints and by
+    slips; return a failure or NONE.
+    """
+    problem, passes = run.problem, 0
+    while True:
+        free_velocity(run)  # 2
+        contact_rates(run, trials)  # 3
+        if run.expansion.poisson == 1 and run.expansion.chosen == 0:
+            join_expansions(run, islands)
+        if run.friction.turns < 0:
+            begin_friction(run, islands, t)
+        run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
+        if impulses(run, islands, goal, run.enough, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
+            return CONTACTS
+        goal = greater(goal, run.enough) if problem.residual > goal else goal
+        if run.bearings.count > 0 and bear(run, t) > AGREE:
+            passes += 1
+            if passes > PASSES:
+                return JAMMED
+            continue
+        found = rub(run, t, goal) if run.friction.varies > 0 else NONE
+        if found == NONE and run.expansion.poisson == 1 and expand(run, islands, goal) == 0:
+            found = CONTACTS
+        if found != AGAIN:
+            return found
 
 
 @compiled
@@ -286,7 +279,7 @@ def contact_rates(run: Run, trials: int) -> None:
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
             # what the friction of a given normal force can change, since its own row is zero
             problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
-        problem.b[a] += returned(contacts, a)
+        problem.b[a] += returned(run, a)
         if trials == 0:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
 
@@ -388,4 +381,5 @@ def accept(run: Run) -> None:
         run.states[run.done, i] = run.z[i]
     for i in range(run.machine.n):
         run.blow[i] = 0.0
+    run.past[0], run.past[1] = run.h, run.past[0]
     run.done += 1

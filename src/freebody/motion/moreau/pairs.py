@@ -182,7 +182,7 @@ def begin_pairs(run: Run) -> None:
         while p < pairs.known and pairs.past[p] < pairs.ids[c]:
             p += 1
         known = p < pairs.known and pairs.past[p] == pairs.ids[c]
-        problem.x[a] = pairs.impulses[p, k] if known else 0.0
+        problem.x[a] = pairs.impulses[p, k] * (run.h / run.past[0]) if known else 0.0
         if run.families.laws.normal[family_of(run, pairs.slots[c])] != 0 and k <= tangents:
             problem.x[a] = problem.low[a] if k == 0 else (problem.x[a] if problem.low[normal] > 0.0 else 0.0)
         contacts.stays[a] = (abs(pairs.stays[p]) if k == 0 else pairs.stuck[p]) if known else OPENS
@@ -194,7 +194,7 @@ def begin_pairs(run: Run) -> None:
         if k > tangents:
             contacts.stays[a] = OPENS
         last = pairs.last[p if known else 0][2 * k :]
-        contacts.half[a], contacts.turn[a] = turned(contacts.stays[a], last, contacts.before[a])
+        contacts.half[a], contacts.turn[a] = turned(run, contacts.stays[a], last, contacts.before[a])
 
 
 @compiled

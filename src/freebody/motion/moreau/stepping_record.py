@@ -8,9 +8,10 @@ from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Who
 from ..cones.contact_problem import Blocks, ContactProblem, Sweeping
 from ..families.family_record import Families
 
-NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL, JAMMED = range(9)
+NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL, JAMMED, NO_FRICTION, SLIPS = range(11)
 """Reasons why a step fails; FULL: more pairs of families are closed than there is room for; JAMMED:
-no load of a joint agrees with the friction that it bounds."""
+no load of a joint agrees with the friction that it bounds; NO_FRICTION: a coefficient below 0 or without a value;
+SLIPS: no coefficients agree with the slips."""
 OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 """Modes of a contact in a step; the last two are the slips in a plane."""
 CLOSED_GAP = 1e-10
@@ -185,6 +186,52 @@ class Bearings(Record):
 
 
 @record
+class Friction(Record):
+    """Laws of friction that are greater at rest, or vary (`friction`).
+
+    ``varies``       their number
+    ``of_contacts``, ``of_families``    kernel of the coefficients (of slip, at rest) of each, with the constants ``c``,
+                     of (q, u, slip speed); 0 for a single number
+    ``given``, ``found``        arguments and result of a kernel
+    ``passes``, ``mu``, ``miss``    for the normal row of each contact: passes in this step, -1 in an impact;
+                     coefficient of the last one, and by how much its law missed that
+    ``turns``        passes of all in this step, -1 before the first
+    ``failure``, ``blame``      why there are none at its start, or NONE; row that this is of, or that missed most
+    ``residual``     what is left of all misses, as a rate relative to the reference
+    """
+
+    varies: Count
+    of_contacts: Wholes
+    of_families: Wholes
+    c: Row
+    given: Row
+    found: Annotated[Row, 2]
+    passes: Annotated[Wholes, "most"]
+    mu: Annotated[Row, "most"]
+    miss: Annotated[Row, "most"]
+    turns: Whole
+    failure: Whole
+    blame: Whole
+    residual: Real
+
+
+@record
+class Expansion(Record):
+    """Memory of `expansion`.
+
+    ``poisson``    1 if restitution is by Poisson's law;  ``chosen``: 1 if the contacts that expand are known
+    ``x``, ``b``, ``low``    impulses of the compression, and its problem;  ``back``: e Λ_C
+    """
+
+    poisson: Count
+    chosen: Whole
+    x: Annotated[Row, "most"]
+    b: Annotated[Row, "most"]
+    low: Annotated[Row, "most"]
+    back: Annotated[Row, "most"]
+
+
+@record
 class Displaced(Record):
     """Contacts that press in a displacement, by ascending numbers (`correction.number`), and their ``impulses`` in all
     displacements of a correction together.
@@ -197,7 +244,7 @@ class Displaced(Record):
 
 @record
 class Run(Record):
-    """A run in steps of length h from the state y at t.
+    """A run in steps of length h from the state y at t; ``past``: lengths of the last step and of the one before.
 
     ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
     ``tolerance``, ``most_sweeps``    of the contact problem of a step;  ``accepted``, ``most_accepted``: limits of
@@ -227,6 +274,7 @@ class Run(Record):
 
     t: Real
     h: Real
+    past: Annotated[Row, 2]
     tolerance: Real
     accepted: Real
     most_accepted: Real
@@ -256,6 +304,8 @@ class Run(Record):
     sweeping: Sweeping
     loads: Loads
     bearings: Bearings
+    friction: Friction
+    expansion: Expansion
     y: Row
     states: Rows
     log: Rows

@@ -1,4 +1,4 @@
-"""Signals at the start of a run, and machines that a way of computing refuses because of them."""
+"""Signals at the start of a run."""
 
 from __future__ import annotations
 
@@ -6,16 +6,6 @@ from collections.abc import Mapping
 
 from ...errors import ModelError, SimulationError
 from ...model import Model
-
-
-def refuse_switched(model: Model, what: str) -> None:
-    """Refuse a machine with signals or controllers if constants cannot change during the run."""
-    if model.switched:
-        names = [c.name for c in model.controllers] + [placed.signal.name for placed in model.signals]
-        raise SimulationError(
-            f"'{model.name}' has signals or controllers ({', '.join(names)}), which are not for {what}. Leave them "
-            "out, or write the law as an expression of time, coordinates and speeds."
-        )
 
 
 def at_time(model: Model, numbers: Mapping[str, float], t: float) -> Mapping[str, float]:

@@ -22,20 +22,21 @@ from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...errors import SimulationError
-from ...model.contact import friction_margin
+from ...model.contact import Contact, friction_margin
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, distances, shown
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..ode.dense_output import Array, Path, observe
+from ..ode.dense_output import Array, Path
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
+from .intervals import Intervals
 from .mean_motion import mean_motion, middle_of
 from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
-from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
+from .stepped_kernels import bodies_in_families, gaps, laws_of_friction, mean_reactions, stepping
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
 """Columns of the entries of pairs that are impulses."""
@@ -111,7 +112,8 @@ class InSteps:
 
     Forces are means over a step: at an output time, over the step that ends at or after it.
 
-    ``layout``   place of the first row of each contact, and its number of tangents
+    ``values``      values of the parameters at the start, and ``intervals``: those that signals and controllers give
+    ``layout``      place of the first row of each contact, and its number of tangents
     """
 
     kernels: Kernels
@@ -120,6 +122,7 @@ class InSteps:
     impulses: Impulses
     stepping: Stepping
     layout: tuple[Sequence[int], Sequence[int]]
+    intervals: Intervals
     indeterminate: tuple[str, ...] = ()
     derivatives: None = None
 
@@ -133,9 +136,17 @@ class InSteps:
         """Return the outputs of a function of a program at states."""
         return self._observed(program, function, times, states)
 
-    def _observed(self, program: Program, function: str, times: Array, states: Array) -> Array:
-        constants = program.constants(self.kernels.parameters(self.values))
-        return observe(program.address(function), program.outputs(function), times, states, constants)
+    def _observed(
+        self, program: Program, function: str, times: Array, states: Array, steps: Any = None
+    ) -> Array:
+        """Return the outputs of a function, with the parameters of these steps or of those that begin at the times."""
+        within = self._step_from(times) if steps is None else steps
+        return self.intervals.observed(program, function, times, states, within)
+
+    def _step_from(self, times: Array) -> Any:
+        """Return the index of the step that begins at or before each time."""
+        last = max(len(self.path.lengths) - 1, 0)
+        return np.clip(np.searchsorted(self.path.times, times, side="right") - 1, 0, last)
 
     def quantity(self, motion: ComputedMotion, name: str) -> Array:
         """Return reactions or multipliers, means over a step.
@@ -187,11 +198,11 @@ class InSteps:
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
-        h = self.stepping.step
+        h = self.path.lengths[steps]
         moving, _ = stepping(self.kernels)
         t, begin = self.path.times[steps], self.path.states[steps]
-        rate = self._observed(moving, "moving", t, begin)
-        middle = middle_of(model, begin, rate, h)
+        rate = self._observed(moving, "moving", t, begin, steps)
+        middle = middle_of(model, begin, rate, h[:, None])
         lengths = (self.path.times[steps + 1] - t)[:, None]
         end = self.path.states[steps + 1] - self.impulses.corrections[steps]  # before what follows the forces
         u, udot = mean_motion(model, self.values, middle, begin, end, lengths)
@@ -202,18 +213,21 @@ class InSteps:
             wrenches(self.kernels.model, self.impulses.pairs, steps) / lengths,
         ]
         given = np.concatenate([middle, u, *known], axis=1)
-        found = self._observed(program, "reactions", t + h / 2, given)
-        drive = self._observed(program, "drive", t + h / 2, given)[:, 0]
+        found = self._observed(program, "reactions", t + h / 2, given, steps)
+        drive = self._observed(program, "drive", t + h / 2, given, steps)[:, 0]
         for k in np.flatnonzero(np.isin(steps, list(self.impulses.blows))):
-            found[k], drive[k] = self._struck(steps[k], t[k] + h / 2, middle[k], u[k], [x[k] for x in known])
+            found[k], drive[k] = self._struck(
+                steps[k], t[k] + h[k] / 2, middle[k], u[k], [x[k] for x in known]
+            )
         return found, drive
 
     def _struck(self, step: int, t: float, q: Array, u: Array, known: Any) -> tuple[Any, float]:
         """Return the same two results for one step with blows."""
         model = self.kernels.model
-        state = float_state(model, q.tolist(), u.tolist(), t, self.values)
+        numbers, h = self.intervals.numbers(self.kernels, step), self.path.lengths[step]
+        state = float_state(model, q.tolist(), u.tolist(), t, numbers)
         blows = [
-            (point, tuple(x / self.stepping.step for x in P), tuple(x / self.stepping.step for x in n))
+            (point, tuple(x / h for x in P), tuple(x / h for x in n))
             for _, acting in self.impulses.blows[step]
             for point, P, n in acting
         ]
@@ -262,9 +276,10 @@ class InSteps:
         return works + np.column_stack([np.zeros(len(works)), drive * np.diff(self.path.times)])
 
     def work_until(self, times: Array) -> Array:
-        """Return the total work since the start, and the part by contacts and blows, shape (n, 2) [J]."""
-        columns = [self._until(times, column) for column in self._work.T]
-        return np.column_stack([columns[0] + columns[1], columns[0]])
+        """Return the total work since the start, and the part by contacts, blows and changes, shape (n, 2) [J]."""
+        done, of_loads = (self._until(times, column) for column in self._work.T)
+        done += self.intervals.work_until(self._step_from(times))
+        return np.column_stack([done + of_loads, done])
 
     def _until(self, times: Array, work: Array) -> Array:
         """Return the work in every step as its sum since the start."""
@@ -282,8 +297,8 @@ class InSteps:
             before = after.copy()
             before[:, : moved.shape[1]] -= moved[steps]
             energies = [
-                self._observed(self.kernels.motion(), "energy", path.times[steps + 1], states).sum(axis=1)
-                for states in (before, after)
+                self._observed(self.kernels.motion(), "energy", path.times[steps + 1], y, steps).sum(axis=1)
+                for y in (before, after)
             ]
             with np.errstate(invalid="ignore"):  # a motion that has blown up
                 result[steps] = energies[1] - energies[0]
@@ -315,10 +330,11 @@ class InSteps:
         A step turns by Cayley's 2 atan(|ω|h/2) < π: energy and momenta stay, the attitude does not follow.
         """
         model, path, h, result = self.kernels.model, self.path, self.stepping.step, []
+        longer = np.append(path.lengths, 0.0), np.append(0.0, path.lengths)  # of the steps beside each state
         for link in model.links:
             if not link.own:
                 continue
-            turns = np.linalg.norm(path.states[:, model.n_q + link.u :][:, :3], axis=1) * h
+            turns = np.linalg.norm(path.states[:, model.n_q + link.u :][:, :3], axis=1) * np.maximum(*longer)
             far = np.flatnonzero(turns > np.pi)
             if not len(far):
                 continue
@@ -345,6 +361,7 @@ class InSteps:
         if driven or not len(self.impulses.works):
             return ()
         work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
+        work[:, 0] += self.intervals.work_until(np.minimum(np.arange(len(work)), len(work) - 2))
         some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
         energies = []
         for k in some.tolist():
@@ -361,10 +378,8 @@ class InSteps:
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
             log = self.impulses.pairs
             pairs = np.bincount(log.steps, np.abs(log.entries[:, :3]).sum(axis=1), minlength=len(log))
-            pressed = (
-                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1) + pairs)])
-                / self.stepping.step
-            )
+            forces = (np.abs(self.impulses.contacts).sum(axis=1) + pairs) / path.lengths
+            pressed = np.concatenate([[0], np.cumsum(forces)])
             had += CLOSED * pressed[some] + ROUNDED * np.maximum.accumulate(
                 np.abs(V)
             )  # removing overlap also does work
@@ -386,7 +401,8 @@ class InSteps:
         """Return kinetic energy and potential energy after k steps."""
         model, path = self.kernels.model, self.path
         q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
-        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), self.values)
+        numbers = self.intervals.numbers(self.kernels, min(k, len(path.lengths) - 1))
+        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), numbers)
         return float(kinetic_energy(model, state)), float(potential_energy(model, state))
 
     # -- contacts --------------------------------------------------------------------------------
@@ -410,7 +426,7 @@ class InSteps:
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
             if contact.presser:
                 lam[:, 0] = result[contact.presser].normal
-            mu = number(model, self.values, contact.friction, "a coefficient of friction")
+            mu = self.static_friction(contact.name, contact, times, motion.states)
             pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")
             margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
@@ -419,12 +435,21 @@ class InSteps:
                 approaches[mode != "open", e] = 0.0
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
-                np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu), margin,
+                np.where(mode == "open", np.nan, margin), mode, lam, mu, margin,
                 approaches[:, e],
             )  # fmt: skip
         if not model.families:
             return ByName("contact", result)
         return OfFamilies(result, lambda *pair: pair_motion(self, motion, *pair), model.families)
+
+    def static_friction(self, name: str, law: Contact, times: Array, states: Array) -> Array:
+        """Return the coefficient of friction at rest of a contact, or of a family with its law, at states."""
+        program, names = laws_of_friction(self.kernels)
+        if program is None or name not in names:
+            mu = number(self.kernels.model, self.values, law.friction, "a coefficient of friction")
+            return np.full(len(times), mu)
+        at_rest = np.pad(states, ((0, 0), (0, 1)))
+        return self._observed(program, names[name], times, at_rest)[:, 1]
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each
@@ -462,7 +487,7 @@ class InSteps:
         at = self.layout[0][e]
         if contact.friction_across is not None:
             return "T reached its ellipse"
-        T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.stepping.step
+        T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.path.lengths[step]
         unit = contact.units["tangential"]
         return f"|T| reached {float(np.linalg.norm(T)):.6g} {unit}"
 

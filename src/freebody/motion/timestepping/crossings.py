@@ -1,21 +1,31 @@
-"""Events of a motion in time steps: zero crossings of expressions, linear between the ends of each step."""
+"""Events of a motion in time steps: zero crossings of expressions, linear between the ends of each step, and where they
+jump through zero by what signals and controllers set.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from ...errors import SimulationError
 from ..kernels.kernels import Kernels
+from ..kernels.program import Program
 from ..ode.dense_output import Array, Crossing, observe
+from .intervals import Intervals
 
 
 def crossings(
-    kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
+    kernels: Kernels,
+    intervals: Intervals,
+    specs: Any,
+    expressions: Any,
+    times: Array,
+    states: Array,
+    first: int = 0,
 ) -> tuple[Crossing, ...]:
-    """Return the zero crossings of the user's events, located by linear interpolation within each step.
+    """Return the zero crossings of the user's events; times and states begin with those of the step ``first``.
 
     Raises
     ------
@@ -24,7 +34,33 @@ def crossings(
     if not specs:
         return ()
     program = kernels.expressions(expressions)
-    constants = program.constants(kernels.parameters(values))
+    result: list[Crossing] = []
+    for i, begin, end in intervals.parts(first, first + len(times) - 1):
+        constants = program.constants(intervals.parameters[i])
+        some = slice(begin - first, end - first + 1)
+        if 0 < begin == intervals.first[i]:
+            before = program.constants(intervals.parameters[i - 1])
+            result += _jumps(program, specs, before, constants, times[some][:1], states[some][:1])
+        result += _within(program, specs, expressions, constants, times[some], states[some])
+    return tuple(sorted(result, key=lambda one: one.time))
+
+
+def _jumps(
+    program: Program, specs: Any, before: Array, after: Array, time: Array, state: Array
+) -> Iterator[Crossing]:
+    """Yield the events whose functions change their sign with the constants."""
+    signs = (
+        np.sign(observe(program.address("values"), len(specs), time, state, c)[0]) for c in (before, after)
+    )
+    for i, (old, new) in enumerate(zip(*signs, strict=True)):
+        if old * new < 0 and specs[i].direction in (0, int(new)):
+            yield Crossing(float(time[0]), i, int(new), state[0].copy())
+
+
+def _within(
+    program: Program, specs: Any, expressions: Any, constants: Array, times: Array, states: Array
+) -> Iterator[Crossing]:
+    """Yield the zero crossings in the steps of an interval, located by linear interpolation within each step."""
 
     def at(moments: Array, there: Array) -> Array:
         return observe(program.address("values"), len(specs), moments, there, constants)
@@ -38,7 +74,6 @@ def crossings(
             f"{expressions[i]}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
             "passes through zero itself, or stop before with a terminal event."
         )
-    result = []
     for i, spec in enumerate(specs):
         for k in np.flatnonzero((g[:-1, i] * g[1:, i] < 0) | ((g[1:, i] == 0) & (g[:-1, i] != 0))):
             sign = 1 if g[k, i] < 0 else -1
@@ -51,15 +86,8 @@ def crossings(
 
                 if _through_infinity(value):
                     continue
-                result.append(
-                    Crossing(
-                        float(times[k] + x * (times[k + 1] - times[k])),
-                        i,
-                        sign,
-                        states[k] + x * (states[k + 1] - states[k]),
-                    )
-                )
-    return tuple(sorted(result, key=lambda one: one.time))
+                time = float(times[k] + x * (times[k + 1] - times[k]))
+                yield Crossing(time, i, sign, states[k] + x * (states[k + 1] - states[k]))
 
 
 def _through_infinity(value: Callable[[float], float]) -> bool:

@@ -8,10 +8,22 @@ from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
+from ...model.family import contact_laws
 from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
+from ..families.memory import label_of
 from ..kernels.kernels import Kernels
-from ..moreau.stepping_record import CONSTRAINTS, CONTACTS, JAMMED, LOADS, MASS, OVERLAP, Run
+from ..moreau.stepping_record import (
+    CONSTRAINTS,
+    CONTACTS,
+    JAMMED,
+    LOADS,
+    MASS,
+    NO_FRICTION,
+    OVERLAP,
+    SLIPS,
+    Run,
+)
 from ..ode.dense_output import Array
 from ..start.initial import number
 from ..start.loaded_joints import jammed
@@ -64,6 +76,18 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
         )
     if run.failure == JAMMED:
         return str(jammed(model, t))
+    if run.failure == NO_FRICTION:
+        return (
+            f"The friction of contact '{_law_of(run, model, run.friction.blame)}' is below 0 or has no value in "
+            f"{where}. Write a law that stays above 0 wherever the contact is closed."
+        )
+    if run.failure == SLIPS:
+        return (
+            f"No coefficients of friction were found that agree with the slips in {where}: the law of contact "
+            f"'{_law_of(run, model, run.friction.blame)}' is missed by {run.friction.residual:.3g} of the greatest "
+            f"speed (required: {run.enough:.2g}). A shorter step helps where friction changes much with the slip; "
+            "method='auto' follows it from event to event."
+        )
     if run.failure == LOADS:
         return (
             f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
@@ -75,24 +99,30 @@ def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Ar
     )
 
 
+def _law_of(run: Run, model: Model, a: int) -> str:
+    """Return the name of the contact whose normal is row ``a`` of the problem."""
+    e, pairs = int(run.contacts.owner[a]), run.families.pairs
+    if a < run.contacts.closed:
+        return model.contacts[e].name
+    slot = pairs.slots[e]
+    return label_of(model, int(pairs.first[slot]), int(pairs.second[slot]))
+
+
 def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
-    for c in (*model.contacts, *(one for family in model.families for one in family.representatives)):
-        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
-        if moving:
-            raise SimulationError(
-                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
-                f"{', '.join(moving)}. Take method='auto'."
-            )
-        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
-            raise SimulationError(
-                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
-                "one. Leave static_friction out, or take method='auto'."
-            )
-        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
-            raise SimulationError(
-                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
-                "Leave impact= out, or take method='auto'."
-            )
+    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "e") != 0]
+    kinds = {c.impact: c.name for c in bouncing}
+    if len(kinds) > 1:
+        newton, poisson = kinds["newton"], kinds["poisson"]
+        raise SimulationError(
+            f"Contact '{newton}' rebounds by Newton's and contact '{poisson}' by Poisson's law: in time steps they may "
+            "collide at once. Give all the same law: impact='newton' or 'poisson'."
+        )
+    loaded = [c.name for c in model.contacts if c.loaded]
+    if "poisson" in kinds and loaded:
+        raise SimulationError(
+            f"Contact '{kinds['poisson']}' rebounds by Poisson's law, and the load of its joint bounds the friction of "
+            f"'{loaded[0]}': an impact in time steps has one load. Take impact='newton', or method='auto'."
+        )

@@ -11,17 +11,20 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
+from ...model.contact import friction_varies
+from ...model.family import contact_laws
 from ...model.resistance import pressers
 from ...native.loop import Function, made
 from ..cones.islands import Islands
-from ..families.memory import fill
+from ..families.memory import fill, set_constants, whole
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..moreau.stepping_record import Run
+from ..ode.dense_output import Array
 from ..start.initial import number
 from .mean_motion import center
-from .stepped_kernels import Shape, mean_bearings, stepping
+from .stepped_kernels import FRICTION, Shape, laws_of_friction, mean_bearings, stepping
 
 ISLAND_ROWS, ISLAND_SPEEDS, DENSE_ROWS = 900, 600, 300
 """Limits on an island that Newton's method gets, whose matrices are dense."""
@@ -84,10 +87,7 @@ def memory_of(
         bearings, of_joints = run.bearings, mean_bearings(kernels)
         bearings.count, bearings.number[:] = loaded, shape.held
         bearings.loaded[:] = [k for k, c in enumerate(model.contacts) if c.loaded]
-        bearings.forces, bearings.c = (
-            of_joints.address("bearings"),
-            of_joints.constants(kernels.parameters(values)),
-        )
+        bearings.forces = of_joints.address("bearings")
     run.families.pairs.most, run.families.patch.most = pairs, points
     owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
@@ -99,10 +99,20 @@ def memory_of(
         machine.block[k] = np.searchsorted(shape.blocks, machine.spin[k], side="right") - 1
     contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
     contacts.tangents = np.array(tangents, dtype=np.int64)
-    contacts.mu, contacts.restitution = (
-        np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
-        for field, name in (("friction", "mu"), ("restitution", "restitution"))
+    contacts.mu = np.array(
+        [
+            0.0 if friction_varies(model, c) else number(model, values, c.friction, "mu")
+            for c in model.contacts
+        ]
     )
+    contacts.restitution = np.array(
+        [number(model, values, c.restitution, "restitution") for c in model.contacts]
+    )
+    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "restitution") != 0]
+    run.expansion.poisson = int(
+        any(c.impact == "poisson" for c in bouncing)
+    )  # all are (`failure.check_laws`)
+    _fill_friction(run, kernels)
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.pull = np.zeros(E)
     contacts.presser = np.array(pressers(model.contacts), dtype=np.int64)
@@ -138,13 +148,36 @@ def memory_of(
     return run, _islands(int(blocks.count), max(m + each * pairs, 1), n, wide), owned
 
 
+def _fill_friction(run: Run, kernels: Kernels) -> None:
+    """Fill the memory of the laws of friction that vary."""
+    friction, model = run.friction, kernels.model
+    laws, names = laws_of_friction(kernels)
+    friction.varies = len(names)
+    friction.of_contacts, friction.of_families = (
+        whole(laws.address(names[one.name]) if laws and one.name in names else 0 for one in kinds)
+        for kinds in (model.contacts, model.families)
+    )
+    friction.given = np.zeros(model.n_q + model.n_u + 1)
+
+
+def set_parameters(run: Run, kernels: Kernels, program: Program, parameters: Array) -> None:
+    """Give all kernels the constants of values of the parameters."""
+    run.machine.c = program.constants(parameters)
+    if run.bearings.count > 0:
+        run.bearings.c = mean_bearings(kernels).constants(parameters)
+    if run.friction.varies > 0:
+        run.friction.c = kernels.programs[FRICTION].constants(parameters)
+    if kernels.model.families:
+        set_constants(run.families, kernels, parameters)
+
+
 def carry(old: Run, new: Run) -> None:
     """Give a memory with more room what the last step left: what stays closed, impulses, and the blow of this step."""
     for measure in ("residual", "depth", "sweeps", "reduced"):
         setattr(new, measure, getattr(old, measure))
     for name in ("kept", "stuck", "last", "guess"):
         getattr(new.contacts, name)[:] = getattr(old.contacts, name)
-    new.blow[:] = old.blow
+    new.blow[:], new.past[:] = old.blow, old.past
     pairs, before = new.families.pairs, old.families.pairs
     pairs.known = before.known
     for name in ("past", "stays", "stuck", "last", "impulses"):

@@ -15,6 +15,7 @@ from ...model.family import Family
 from ...model.resistance import SPINNING
 from ..contact.course import ContactMotion
 from ..families.family_record import ENTRY, RESISTED
+from ..families.memory import link_poses
 from ..families.pair_quantities import pair_quantities
 from ..ode.dense_output import Array
 from ..start.initial import number
@@ -76,8 +77,10 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     """Return gap, mean forces, slip and mode of two members of a family, or of what resists their rolling."""
     model, contact = course.kernels.model, cast(Any, family.element(name))
     first, second = family.ordered(*cast(Any, family.pair(contact.presser or name)))
+    program, function = link_poses(course.kernels)
+    poses = course.observed(motion, program, function, motion.t, motion.states)
     gap, approach, slip, turning = pair_quantities(
-        course.kernels, course.values, family, (first, second), motion.t, motion.states
+        course.kernels, course.values, family, (first, second), motion.t, poses
     )
     start, n = sum(len(f.members) for f in model.families[: model.families.index(family)]), contact.tangents
     log, columns, mode_at = course.impulses.pairs, [0, *range(1, 1 + n)], 3
@@ -92,7 +95,8 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     forces, slip = course._mean(rows[:, :-1], motion.t), slip[:, :n]
     modes = np.append(rows[:, -1], 0).astype(np.int64)  # the last one is that of a motion without a step
     mode = np.array(MODES)[modes[course._step_of(motion.t)]]
-    mu = number(model, course.values, contact.friction, "a coefficient of friction")
+    law = contact.name if contact.presser else family.name
+    mu = course.static_friction(law, contact, motion.t, motion.states)
     pressure = forces[:, 0] + number(model, course.values, contact.adhesion, "an adhesion")
     across = 1.0
     if contact.friction_across is not None:
@@ -100,7 +104,7 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     margin = friction_margin(mu, pressure, forces[:, 1:].T, across, np.sqrt)
     return ContactMotion(
         gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
-        np.where(mode == "open", np.nan, margin), mode, forces, np.full(len(forces), mu), margin,
+        np.where(mode == "open", np.nan, margin), mode, forces, mu, margin,
         np.where(mode == "open", approach, 0.0),
     )  # fmt: skip
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.contacts.coefficients import SLIP
 from ...dynamics import State, coordinate_rates, mass_matrix
 from ...dynamics.bearing_loads import bearing_loads
 from ...dynamics.conditions.constraints import linearized, rows
@@ -23,7 +24,7 @@ from ...dynamics.linear import combined
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
-from ...model.contact import Contact
+from ...model.contact import Contact, friction_varies
 from ...model.resistance import pressers
 from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
@@ -229,6 +230,30 @@ def _touches(model: Model, state: State) -> list[Touch]:
         replace(one, reach=()) if contact.stands else one
         for one, contact in zip(touches(model, state), model.contacts, strict=True)
     ]
+
+
+FRICTION = "laws of friction"
+"""Key of the program of `laws_of_friction`."""
+
+
+def laws_of_friction(kernels: Kernels) -> tuple[Program | None, dict[str, str]]:
+    """Return functions of (q, u, slip speed) that give the coefficients in slip and at rest, and their names.
+
+    They are named by contact or family; one with a single number has none.
+    """
+    model = kernels.model
+    laws = {contact.name: contact for contact in model.contacts}
+    laws |= {family.name: family.representatives[0] for family in model.families if family.representatives}
+    chosen = {name: law for name, law in laws.items() if friction_varies(model, law)}
+    names = {name: f"friction {k}" for k, name in enumerate(chosen)}
+
+    def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        return {
+            names[name]: [state.with_values(law.friction, {SLIP: given[0]}), state(law.static_friction)]
+            for name, law in chosen.items()
+        }
+
+    return (kernels.program(FRICTION, functions, 1) if chosen else None), names
 
 
 def gaps(kernels: Kernels) -> Program:

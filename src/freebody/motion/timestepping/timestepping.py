@@ -7,7 +7,6 @@ each contact satisfies Signorini's and Coulomb's conditions to the residual that
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
@@ -22,24 +21,26 @@ from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..legs.blow import Blow, blows_of, call_of, scheduled
+from ..legs.driven import Drives
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
-from ..start.arguments import STORED, check_count, check_forwards, most_steps
+from ..start.arguments import STORED, check_forwards, most_steps
 from ..start.fitting import refuse_misfits
 from ..start.initial import number
 from ..start.loaded_joints import check_blows
 from ..start.overlap import refuse_overlap, sides_of
-from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accept, check_laws, failure
+from .grid import Grid, grid_of
+from .intervals import Values
 from .mean_motion import middle_of
-from .memory import carry, functions, kernels_and_shape, memory_of
+from .memory import carry, functions, kernels_and_shape, memory_of, set_parameters
 from .pair_motion import PairLog, width_of
 
 RESIDUAL = 1e-12
@@ -74,7 +75,6 @@ def _run_of(problem: Problem) -> _Run:
     """Return a run, ready for its first step."""
     request, kernels, values = problem.request, problem.kernels, problem.numbers
     model, step, begin, end = kernels.model, request.step, problem.begin, problem.end
-    refuse_switched(model, 'method="timestepping"')
     if not (model.contacts or model.families):
         raise SimulationError(
             "method='timestepping' is for machines with contacts, and this one has none. Take method='auto'."
@@ -96,26 +96,20 @@ def _run_of(problem: Problem) -> _Run:
                 "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
             )
     most = most_steps(request.max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
-    check_count((end - begin) / h, most, f"step = {h:g} s", "Take a longer step=")
-    count = max(round((end - begin) / h), 1 if end > begin else 0)
-    if count and abs(count * h - (end - begin)) > 1e-9 * max(h, abs(end)):
-        count = math.ceil((end - begin) / h)
-    h = (end - begin) / count if count else h
-    return _Run(problem, h, count, blows)
+    drives = Drives(kernels, values, begin, end, most) if model.switched else None
+    grid = grid_of(begin, end, h, drives.stops() if drives else (), most)
+    return _Run(problem, grid, Values(kernels, values, drives, grid.first), blows)
 
 
 class _Run:
     """One run: the compiled loop, its memory and the steps done so far."""
 
-    def __init__(self, problem: Problem, h: float, count: int, blows: Sequence[Blow]) -> None:
-        kernels, values = problem.kernels, problem.numbers
-        begin, end, specs = problem.begin, problem.end, problem.specs
-        self.problem, self.kernels, self.values, self.begin, self.end = problem, kernels, values, begin, end
-        self.h, self.count, self.model = h, count, kernels.model
+    def __init__(self, problem: Problem, grid: Grid, values: Values, blows: Sequence[Blow]) -> None:
+        kernels, specs, count = problem.kernels, problem.specs, grid.count
+        self.problem, self.kernels, self.values, self.grid = problem, kernels, values, grid
+        self.count, self.model = count, kernels.model
         model = kernels.model
-        self.parameters = kernels.parameters(values)
         self.program, self.shape = kernels_and_shape(kernels)
-        self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = layout_of(model)
         self.pairs = (
             PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
@@ -123,11 +117,10 @@ class _Run:
         self._make_room()
         self.march = functions()["march"]
         check_blows(kernels.model, blows, "moves in time steps")
-        timed, self.called = scheduled(kernels, values, blows, begin, end)
+        timed, self.called = scheduled(kernels, problem.numbers, blows, problem.begin, problem.end)
         self.timed: dict[int, list[Blow]] = {}
         for time, one in timed:
-            k = min(math.floor((time - begin) / h * (1 + 1e-12)), max(count - 1, 0))
-            self.timed.setdefault(k, []).append(one)
+            self.timed.setdefault(grid.step_at(time), []).append(one)
         self.left = {id(one): np.inf if one.times is None else one.times for one in self.called}
         calls = [call_of(one) for one in self.called]
         self.asked = len(specs)
@@ -147,13 +140,18 @@ class _Run:
     def _make_room(self) -> None:
         """Make the memory, with room for ``pairs`` closed pairs of families."""
         self.memory, self.islands, self.owned = memory_of(
-            self.kernels, self.values, self.program, self.shape, self.tangents, self.pairs
+            self.kernels, self.values.numbers, self.program, self.shape, self.tangents, self.pairs
         )
-        self.memory.h, self.memory.machine.c = self.h, self.constants
+        self._set_parameters()
+        self.memory.past[:] = self.grid.longest
         self.memory.log_room = 4 * self.pairs
         width = width_of(self.model)
         self.memory.resisted = int(width > ENTRY)
         self.memory.log = np.empty((max(self.memory.log_room, 1), width))
+
+    def _set_parameters(self) -> None:
+        """Give the memory the present values of the parameters."""
+        set_parameters(self.memory, self.kernels, self.program, self.values.parameters)
 
     def motion(self, between: Progress) -> Trajectory:
         y = np.array(self.problem.state[: self.states.shape[1]], dtype=float)
@@ -184,7 +182,7 @@ class _Run:
 
     def _check_start(self, y: Array) -> None:
         """Refuse contacts and members of families that begin inside each other, and round shapes that do not fit."""
-        refuse_misfits(self.model, self.values)
+        refuse_misfits(self.model, self.values.numbers)
         self._begin(y)
         pairs = self._gaps_of_pairs()
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
@@ -202,9 +200,9 @@ class _Run:
         found = observe(
             program.address("closing"),
             program.outputs("closing"),
-            np.array([self.begin]),
+            np.array([self.problem.begin]),
             y[None],
-            self.constants,
+            self.memory.machine.c,
         )[0, : E + len(self.shape.reach_of)]
         gaps = found[:E].copy()
         gaps[self.shape.reach_of[found[E:] < 0]] = np.inf
@@ -214,7 +212,7 @@ class _Run:
         """Let what touches at a state begin closed there; make room for all pairs of families that do."""
         while True:
             self.memory.z[: len(y)] = y
-            functions()["begin"](self.memory, self.begin + self.reached * self.h, NEAR)
+            functions()["begin"](self.memory, self.grid.times[self.reached], NEAR)
             if self.memory.families.pairs.count <= self.pairs:
                 return
             self.pairs *= 2
@@ -229,8 +227,10 @@ class _Run:
 
     def _advance(self, between: Progress) -> None:
         """Do steps up to the next look for events and blows, with a look at the keyboard after each piece of them."""
+        if self.values.change(self.done, self.grid.times[self.done], self.states[self.done].copy()):
+            self._set_parameters()
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
-        size = min(self.timed, default=self.count) - self.done
+        size = int(min(*self.timed, self.values.next_change(), self.count)) - self.done
         if now:
             self._strike(now, self.states[self.done].copy())
             size = 1
@@ -255,9 +255,10 @@ class _Run:
         """Keep the steps up to where the loop is, or to a blow that an event calls; return a terminal event in them."""
         some = slice(self.done, self.reached + 1)
         states = self.states[some]
-        moments = self.begin + self.h * np.arange(*some.indices(len(self.states)), dtype=np.float64)
+        moments, intervals = self.grid.times[some], self.values.intervals()
         if self._watched and len(states) > 1:
-            for c in crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
+            watched = self.specs, self.expressions, moments, states, self.done
+            for c in crossings(self.kernels, intervals, *watched):
                 if c.number < self.asked:
                     if self.specs[c.number].terminal:
                         self.done = self.reached
@@ -267,7 +268,7 @@ class _Run:
                 if self.struck or not self.left[id(one)] > 0:
                     continue
                 self.left[id(one)] -= 1  # return to the beginning of the step and apply the blow there
-                self.reached = self.done + int(np.searchsorted(moments, c.time, side="left")) - 1
+                self.reached = self.done + max(int(np.searchsorted(moments, c.time, side="left")) - 1, 0)
                 self.timed.setdefault(-1, []).append(one)
                 break
         self.done = self.reached
@@ -275,10 +276,12 @@ class _Run:
 
     def _strike(self, now: Sequence[Blow], y: Array) -> None:
         """Set the generalized impulse of blows, computed from the positions in the middle of the step."""
-        n_q, t = self.model.n_q, self.begin + self.done * self.h
-        rates = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)
-        q = middle_of(self.model, y[None], rates, self.h)[0]
-        state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + self.h / 2, self.values)
+        n_q, t, h = self.model.n_q, self.grid.times[self.done], self.grid.lengths[self.done]
+        rates = observe(
+            self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.memory.machine.c
+        )
+        q = middle_of(self.model, y[None], rates, h)[0]
+        state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + h / 2, self.values.numbers)
         from ..legs.impulse import resolved_blow  # imports all rooms of equations
 
         told = []
@@ -297,7 +300,7 @@ class _Run:
 
     def _now(self) -> float:
         """Return the time up to which the loop is."""
-        return float(self.begin + (self.reached + self.memory.done) * self.h)
+        return float(self.grid.times[self.reached + self.memory.done])
 
     def _steps(self, size: int, aside: bool, between: Progress) -> None:
         """Do some steps, with more sweeps or more room where one of them needs it."""
@@ -321,13 +324,13 @@ class _Run:
                 sweeps *= 10
                 continue
             raise SimulationError(
-                failure(run, self.model, self.values, self.begin + self.reached * self.h, y)
+                failure(run, self.model, self.values.numbers, self.grid.times[self.reached], y)
             )
 
     def _marched(self, y: Array, last: int, most_sweeps: int, aside: bool, between: Progress) -> int:
         """Run the loop to the step ``last``, or until the log is full or a step fails; return the number of steps."""
         run, some = self.memory, slice(self.reached, last)
-        run.t, run.tolerance = self.begin + self.reached * self.h, RESIDUAL
+        run.t, run.h, run.tolerance = self.grid.times[self.reached], self.grid.lengths[self.reached], RESIDUAL
         accept(run)
         run.most_sweeps, run.steps, run.y = most_sweeps, last - self.reached, y
         run.states, run.impulses, run.works = self.states[1:][some], self.impulses[some], self.works[some]
@@ -348,16 +351,13 @@ class _Run:
         return done
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
-        n, h, done = self.states.shape[1], self.h, self.done
+        n, done = self.states.shape[1], self.done
         states, logs = self.states[: done + 1], self.log.until(done)
         impulses, works, corrections = (part[:done] for part in (self.impulses, self.works, self.moved))
-        modes = self.modes[:done]
-        moments = self.begin + h * np.arange(len(states), dtype=np.float64)
-        if len(states) == self.count + 1:
-            moments[-1] = self.end  # exact: the sum of the steps has round-off
+        modes, moments = self.modes[:done], self.grid.times[: done + 1]
         if stop is not None:  # within a step: keep its part up to the event
             k = int(np.searchsorted(moments, stop.time, side="left"))
-            part = (stop.time - moments[k - 1]) / h
+            part = (stop.time - moments[k - 1]) / self.grid.lengths[k - 1]
             states, moments = (
                 np.concatenate([states[:k], stop.state[None]]),
                 np.append(moments[:k], stop.time),
@@ -368,27 +368,30 @@ class _Run:
             impulses[-1] *= part
             works[-1] *= part
             logs[k - 1][:, IMPULSES] *= part
-        seen = 0, n, self.constants, tuple(self.model.quaternions)
+        steps = range(len(impulses))
+        seen = 0, n, self.memory.machine.c, tuple(self.model.quaternions)
         rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
-        crossed = crossings(self.kernels, self.values, specs, expressions, moments, states)
+        intervals = self.values.intervals().until(len(steps))
+        crossed = crossings(self.kernels, intervals, specs, expressions, moments, states)
         if stop is not None:  # the last state is the event itself
             earlier = (
                 c for c in crossed if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
             )
             crossed = (*earlier, stop)
-        path = Steps(rates, moments, np.diff(moments), states, crossed, status, 0, 0, len(states))
+        lengths = self.grid.lengths[: len(steps)]
+        path = Steps(rates, moments, lengths, states, crossed, status, 0, 0, len(states))
         constraints = np.zeros((len(impulses), len(conditions(self.model))))
         constraints[:, self.shape.held] = impulses[:, self.rows :]
-        steps = range(len(impulses))
-        forces = impulses[:, : self.rows] * stretch_numbers(self.model, self.values)
+        numbers = self.problem.numbers
+        forces = impulses[:, : self.rows] * stretch_numbers(self.model, numbers)
         did = Impulses(
             forces, constraints, works, corrections, modes,
             {k: told for k, told in self.blows.items() if k in steps}, logs,
         )  # fmt: skip
         run = self.memory
         sweeps = run.sweeps / max(self.done, 1)
-        stepping = Stepping(h, run.residual, run.depth, sweeps, run.reduced)
+        stepping = Stepping(self.grid.longest, run.residual, run.depth, sweeps, run.reduced)
         layout = self.first, self.tangents
-        course = InSteps(self.kernels, dict(self.values), path, did, stepping, layout)
+        course = InSteps(self.kernels, dict(numbers), path, did, stepping, layout, intervals)
         return Trajectory(*self.problem.outcome(path), course=course)

@@ -168,8 +168,6 @@ def test_refused_uses_of_signals():
         fb.simulate(short, 3)
     with pytest.raises(SimulationError, match="no way back"):
         fb.simulate(short, 0, start=1)
-    with pytest.raises(SimulationError, match='not for method="timestepping"'):
-        fb.simulate(short, 1, method="timestepping", step=0.01)
     with pytest.raises(FormatError, match="cannot hold controllers and signals.*push"):
         fb.write(short, "push.toml")
     with pytest.raises(SimulationError, match="'late' occurs in no load"):
