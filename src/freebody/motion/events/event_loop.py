@@ -38,7 +38,7 @@ from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
+from .slips import UPSET, begin_slip, fades, fading, halt, resolve_slips, turn_back, turned_over
 from .speeds import (
     decided_by_speeds,
     end_of_phase,
@@ -54,6 +54,7 @@ from .ties import begin_to_leave
 def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Go on with the run; return how it ended (`End`), or why Python is asked."""
     code = RUNNING
+    resolve_slips(it, run)
     while code == RUNNING:
         code = pass_stage(it, run, contacts)
     return code
