@@ -221,6 +221,17 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
     return 1
 
 
+@compiled
+def shortest_turn(it: EventRun) -> float:
+    """Return the shortest time in which friction turns a slip in space that has just begun, v/a, or 0 without one."""
+    result, a = 0.0, scale_of(it)
+    for k in range(it.contacts):
+        v, slides = slip_speed(it, k), it.mode[k] == laws.SLIDE and it.tangents[k] == 2
+        if slides and it.still < v <= event_run.SLOW and a > 0.0 and not is_smooth(it, k):
+            result = lesser(result, v / a) if result > 0.0 else v / a
+    return result
+
+
 # -- the last moment -------------------------------------------------------------------------------------
 
 
