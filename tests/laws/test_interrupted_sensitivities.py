@@ -49,6 +49,16 @@ def rough():
     return s, start, 0.38, options
 
 
+def rough_loop(joints, law):
+    """Friction under the load of hinges of the loop, whose rod is struck, or strikes a floor with its foot."""
+    s, start, until, options = walking(law) if law else (*four_bar()[:2], 0.3, four_bar()[2])
+    s.parameters(r=0.03, J=0.4, **({} if law else {"mu": 0.3}))
+    for joint in joints:
+        s.friction(f"dry{joint}", s.joints[joint], coefficient="mu", radius="r")
+    hit = fb.blow(0.1, at=s.bodies["rod"].point(0.1, 0, 0), impulse=("J/3", "-J", 0))
+    return s, start, until, options if law else {**options, "impulses": [hit]}
+
+
 def swinging():
     """A pendulum whose length a condition drives, and a wall."""
     s = fb.System("driven")
@@ -189,6 +199,10 @@ def free():
     [
         (stopped, (), ("g", "e", "a", "q1'")),
         (rough, (), ("mu", "r", "g")),
+        (rough_loop, ("A", "newton"), ("mu", "r", "e")),
+        (rough_loop, ("AB", None), ("mu", "J", "a")),
+        pytest.param(rough_loop, ("BC", "newton"), ("mu", "r", "e", "a"), marks=pytest.mark.slow),
+        pytest.param(rough_loop, ("C", None), ("mu", "r", "J", "q1'"), marks=pytest.mark.slow),
         (kicked, (), ("J", "f", "e", "w'")),
         (pushed, (), ("A", "mu")),
         (held, (), ("kp", "ki", "mu", "T", "x'")),

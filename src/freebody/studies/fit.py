@@ -77,10 +77,15 @@ class Fit:
         Number of motions computed for each measurement.
     cost : float
         Σ ((computed - measured)/σ)²; σ is 1 where it is not given.
+    misfit : float
+        √(cost/(N - n)) of N measured numbers and n unknowns. With ``sigma=`` it is near 1 if the machine moves as
+        measured; far above 1 the search has ended in a minimum that is not the best, or the machine is another one.
     minima : tuple of Minimum
         With ``starts=``, the minima that they lead to, the best first, each with ``values``, ``cost`` and ``starts``.
     failed_starts : int
         Number of starts from which no fit was found.
+    weighted : bool
+        True if ``sigma`` was given.
     """
 
     values: dict[str, float]
@@ -91,8 +96,10 @@ class Fit:
     trajectories: tuple[Trajectory, ...]
     evaluations: int
     cost: float
+    misfit: float
     minima: tuple[Minimum, ...] = ()
     failed_starts: int = 0
+    weighted: bool = False
 
     @property
     def trajectory(self) -> Trajectory:
@@ -110,6 +117,8 @@ class Fit:
         lines = [f"Fit of {', '.join(self.residuals)} by {count} unknown{'s' if count > 1 else ''}"]
         for name, value in self.values.items():
             lines.append(f"  {name} = {value:.8g} ± {self.errors[name]:.2g}")
+        if self.weighted:
+            lines.append(f"  residuals: {self.misfit:.3g} sigma")
         if self.minima:
             costs = ", ".join(f"{x.cost:.4g} from {x.starts}" for x in self.minima)
             failed = f"; {self.failed_starts} led to no fit" if self.failed_starts else ""
@@ -330,7 +339,11 @@ def fit(
             f"Expected at least as many measured numbers as unknowns, got {residuals.size} for {len(names)}."
         )
     size = math.hypot(*(float(np.linalg.norm(x)) for x in _weighted(measured, weights)))
-    _check_rank(J, first, names, size)
+    with_contacts = bool(model.contacts or model.families)
+    if (
+        not with_contacts or not J.any()
+    ):  # contacts that stick at the first guess may slip where the search goes
+        _check_rank(J, first, names, size, with_contacts)
 
     def safe(p: Array) -> Array:
         try:
@@ -350,7 +363,7 @@ def fit(
             "unknown={'m': 1.0}."
         )
     result = computed(solved.x)
-    _check_rank(result.jacobian, solved.x, names, size)
+    _check_rank(result.jacobian, solved.x, names, size, with_contacts)
     return _result(solved.x, result, names, measured, sigma, quantities, calls[0])
 
 
@@ -515,7 +528,7 @@ def _bounds(bounds: Any, names: list[str], first: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
+def _check_rank(J: Array, p: Array, names: list[str], size: float, with_contacts: bool) -> None:
     """Raise if the data do not tell the unknowns apart; the message names the direction in which nothing changes.
 
     Columns are scaled by their parameters. A column that is negligible relative to the ``size`` of the measurement is
@@ -531,8 +544,15 @@ def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
         if x <= max(INDISTINCT * largest, ROUND_OFF * size)
     ]
     if idle or largest == 0:
+        listed = " and ".join(map(repr, idle or names))
+        if with_contacts:
+            at = ", ".join(f"{name} = {x:.6g}" for name, x in zip(names, p.tolist(), strict=True))
+            raise SimulationError(
+                f"The motion at {at} does not depend on {listed}, as it does not on friction where contacts stick or "
+                "stay open. Begin elsewhere, or give starts=; leave out of unknown what no such motion depends on."
+            )
         raise SimulationError(
-            f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it cannot be found "
+            f"The measured motion does not depend on {listed}: it cannot be found "
             "from these data. Leave it out of unknown, or measure a quantity that depends on it."
         )
     _, singular, V = np.linalg.svd(scaled / lengths, full_matrices=False)
@@ -568,11 +588,11 @@ def _result(
     _, singular, V = np.linalg.svd(J / lengths, full_matrices=False)
     covariance = (V.T / singular**2) @ V / np.outer(lengths, lengths)
     spread: dict[str, Any] = dict(sigma or {})
+    cost, excess = float(residuals @ residuals), residuals.size - len(names)
+    misfit = math.sqrt(cost / excess) if excess > 0 else math.nan
     if not sigma:
-        excess = residuals.size - len(names)
-        variance = float(residuals @ residuals) / excess if excess > 0 else math.nan
-        covariance = covariance * variance
-        spread = {quantities[0]: math.sqrt(variance)}
+        covariance = covariance * misfit**2
+        spread = {quantities[0]: misfit}
     differences: dict[str, list[Array]] = {name: [] for name in quantities}
     for (times, columns), motion in zip(measured, motions, strict=True):
         places = np.searchsorted(motion.t, times)
@@ -586,5 +606,7 @@ def _result(
         spread,
         tuple(motions),
         calls,
-        float(residuals @ residuals),
+        cost,
+        misfit,
+        weighted=bool(sigma),
     )

@@ -272,3 +272,41 @@ def test_a_fit_of_the_gains_of_a_controller_beside_friction():
     found = fb.fit(s, {"time": t, "x": motion["x"]}, {"kp": 60.0, "kd": 6.0, "mu": 0.1}, tolerance=1e-11)
     assert found.values == pytest.approx(true, rel=1e-6)
     assert len(calls) % (2 * 28) == 0  # a motion and its derivatives for each point
+
+
+def spun_disk():
+    """A disk that spins, falls on a floor without rebound, and slips there."""
+    s = fb.System("disk")
+    s.parameters(mu=0.2)
+    s.gravity = (0, -9.81, 0)
+    disk = s.body("disk", fb.disk(1, 0.1))
+    s.planar("air", s.ground, disk, coordinate="x y turn")
+    s.contact("floor", disk.circle(0.1), s.ground.plane(), friction="mu")
+    return s, {"turn'": -40.0}
+
+
+def test_a_fit_may_begin_where_friction_does_not_act_yet():
+    """From the first guess of its height the disk does not reach the floor."""
+    s, start = spun_disk()
+    t = np.linspace(0, 0.4, 41)
+    truth = fb.simulate(s, 0.4, initial=start | {"y": 0.5}, times=t)
+    data = {"time": t, "x": truth["x"], "y": truth["y"]}
+    found = fb.fit(s, data, {"mu": 0.3, "y": 0.95}, initial=start, sigma={"x": 1e-3, "y": 1e-3})
+    assert found.values == pytest.approx({"mu": 0.2, "y": 0.5}, rel=1e-6)
+    assert found.misfit < 1e-3 and str(found).endswith(f"residuals: {found.misfit:.3g} sigma")
+    message = (
+        "The motion at mu = 0.3 does not depend on 'mu', as it does not on friction where contacts stick or stay open. "
+        "Begin elsewhere, or give starts="
+    )
+    with pytest.raises(SimulationError, match=message):
+        fb.fit(s, {"time": t, "y": truth["y"]}, {"mu": 0.3}, initial=start | {"y": 1.0})
+
+
+def test_the_misfit_compares_residuals_with_the_errors_of_measurements():
+    s, start = spun_disk()
+    t = np.linspace(0, 0.4, 401)
+    errors = np.random.default_rng(2).normal(0, 1e-3, t.size)
+    x = fb.simulate(s, 0.4, initial=start | {"y": 0.4}, times=t)["x"] + errors
+    for sigma, expected in ((1e-3, 1.0), (1e-4, 10.0)):
+        found = fb.fit(s, {"time": t, "x": x}, {"mu": 0.25}, initial=start | {"y": 0.4}, sigma={"x": sigma})
+        assert found.misfit == pytest.approx(expected, rel=3 / np.sqrt(2 * t.size))

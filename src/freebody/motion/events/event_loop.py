@@ -38,7 +38,17 @@ from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
+from .slips import (
+    UPSET,
+    begin_slip,
+    fades,
+    fading,
+    halt,
+    resolve_slips,
+    shortest_turn,
+    turn_back,
+    turned_over,
+)
 from .speeds import (
     decided_by_speeds,
     end_of_phase,
@@ -54,6 +64,7 @@ from .ties import begin_to_leave
 def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Go on with the run; return how it ended (`End`), or why Python is asked."""
     code = RUNNING
+    resolve_slips(it, run)
     while code == RUNNING:
         code = pass_stage(it, run, contacts)
     return code
@@ -313,6 +324,11 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
+    turns = shortest_turn(it) if it.implicit == 0 else 0.0
+    if (
+        turns > 0.0
+    ):  # in a longer one the rates at its start are unlike all others, and its error passes unseen
+        run.h = lesser(run.h, turns) if run.h > 0.0 else turns
     if it.implicit != 0:  # a long first step has other solutions: it turns slips of 1e-8 m/s anywhere
         run.h = lesser(run.h, it.pace) if run.h > 0.0 else it.pace
     run.longest = it.longest

@@ -9,6 +9,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
+from ..ode.run import Run
 from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import elsewhere
@@ -220,14 +221,34 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
     return 1
 
 
+@compiled
+def shortest_turn(it: EventRun) -> float:
+    """Return the shortest time in which friction turns a slip in space that has just begun, v/a, or 0 without one."""
+    result, a = 0.0, scale_of(it)
+    for k in range(it.contacts):
+        v, slides = slip_speed(it, k), it.mode[k] == laws.SLIDE and it.tangents[k] == 2
+        if slides and it.still < v <= event_run.SLOW and a > 0.0 and not is_smooth(it, k):
+            result = lesser(result, v / a) if result > 0.0 else v / a
+    return result
+
+
 # -- the last moment -------------------------------------------------------------------------------------
+
+
+@compiled
+def resolve_slips(it: EventRun, run: Run) -> None:
+    """Set the speed at which slips in space end: what the tolerances of the speeds resolve."""
+    most = 0.0
+    for i in range(it.n_q, it.n_q + it.n):
+        most = greater(most, run.absolute[i])
+    PhaseData(it.phase).stopped = greater(laws.STOPPED, laws.RESOLVED * most)
 
 
 @compiled
 def is_slow(it: EventRun, k: int) -> int:
     """Return 1 if a contact with friction slips in space so slowly that the slip soon has no direction, else 0."""
     rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
-    return 1 if rough and slip_speed(it, k) <= laws.STOPPED else 0
+    return 1 if rough and slip_speed(it, k) <= PhaseData(it.phase).stopped else 0
 
 
 @compiled
@@ -338,18 +359,19 @@ def find_stopped(it: EventRun, k: int, length: float) -> None:
 
     A body that turns as it stops comes to rest at all its contacts at once.
     """
+    fast = FADES * PhaseData(it.phase).stopped
     for j in range(it.contacts):
         slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
         r, speed, left = it.first[j] + 1, slip_speed(it, j), 0.0
         for i in range(it.tangents[j]):
             left += (it.rate[r + i] + length * it.speeds[r + i]) ** 2
-        ends = slides and speed <= FADES * laws.STOPPED and root(left) <= speed / ALIKE
+        ends = slides and speed <= fast and root(left) <= speed / ALIKE
         it.stopped[j] = 1 if j == k or ends else 0
 
 
 @compiled
 def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
-    """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
+    """Pass the end of a slip in space whose speed has fallen to that of its end, by a straight step to it.
 
     A slip along a line is at its end. The step ends before where a contact closes. Return 1 if the state has changed, 0
     if not, and -1 if it hardly slows: it stops if it sticks then. The state is that without slip, and ``kept`` the one

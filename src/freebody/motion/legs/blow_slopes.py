@@ -21,7 +21,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...dynamics.bearing_loads import shared
-from ...dynamics.impulse import blows_on, generalized_impulse, impulsive_reactions, speed_jumps
+from ...dynamics.impulse import (
+    blows_on,
+    generalized_impulse,
+    impulsive_reactions,
+    speed_jumps,
+    with_constraints,
+)
 from ...dynamics.kinematics import link_twists, point_velocity
 from ...dynamics.state import State
 from ...errors import NoDerivativesError
@@ -61,8 +67,10 @@ def reactions_of_blow(
     """
     model, state, options = slopes.model, _state(slopes, hit.t, hit.before, sigma, tau), hit.blow.options
     keys = ("at", "impulse", "moment", "frame")
-    acting = blows_on(model, state, [resolved_blow(model, state, *(options[key] for key in keys))])
-    jump, _ = speed_jumps(model, state, generalized_impulse(model, state, acting))
+    blows = [resolved_blow(model, state, *(options[key] for key in keys))]
+    impulses, active = generalized_impulse(model, state, blows_on(model, state, blows)), slopes.kernels.active
+    jump, multipliers = speed_jumps(model, state, impulses, active)
+    acting = blows_on(model, state, with_constraints(model, state, blows, multipliers))
     found = impulsive_reactions(model, state, link_twists(model, state, jump), acting)
     laws = [contact.law for contact in model.contacts if contact.loaded]
     rows = [shared(model, state, law, *found[law.joint.name]) for law in laws]

@@ -2,9 +2,9 @@
 
     P = r (|F_a| + |F_b|),      dP = dr (|F_a| + |F_b|) + r (F_a·dF_a/|F_a| + F_b·dF_b/|F_b|)
 
-F is affine in the accelerations and forces of a motion: the jump of the speeds and the impulses take their place, and
-what F is without them is taken away (`events.impacts.loaded_impacts`). The reactions of a blow are added to F where its
-friction follows.
+F is affine in the accelerations, the forces and the multipliers of a motion: the jump of the speeds, the impulses and
+those of the machine's own conditions take their place, and what F is without them is taken away
+(`events.impacts.loaded_impacts`). The reactions of a blow are added to F where its friction follows.
 """
 
 from __future__ import annotations
@@ -27,13 +27,15 @@ NONE = 1e-12
 class Load:
     """The load of a joint in an impact.
 
-    ``size``          P, and its derivatives ``by_jump`` of the speeds, and ``by_impulses`` of all rows
+    ``size``          P, and its derivatives ``by_jump`` of the speeds, ``by_impulses`` of all rows, and ``by_own``, by
+                      the impulses of the machine's own active conditions
     ``slopes``        `contact.derivatives.slopes.Slopes`
     """
 
     size: float
     by_jump: Array
     by_impulses: Array
+    by_own: Array
     slopes: Any
     hit: Any
     place: int
@@ -52,15 +54,24 @@ def load_of_impact(slopes: Any, hit: Any, k: int) -> Load:
     return Load(bearing.size, *bearing.gradient(), slopes, hit, bearing.place)
 
 
+def own_impulses(slopes: Any, hit: Any) -> Array:
+    """Return the impulses Λ_c of the active conditions of the machine itself in an impact: Gᵀ Λ_c = M Δu - Wᵀ Λ."""
+    n_q, n = slopes.model.n_q, slopes.model.n_u
+    M, G = slopes.mass(hit.t, hit.before)
+    left = M @ (hit.after - hit.before)[n_q : n_q + n] - hit.impulses @ slopes.look(hit.t, hit.before).matrix
+    return np.asarray(np.linalg.lstsq(G.T, left, rcond=None)[0])
+
+
 class _Bearing:
     """The bearing of a joint, by its number, in an impact."""
 
     def __init__(self, slopes: Any, hit: Any, place: int) -> None:
         self.slopes, self.hit, self.place = slopes, hit, place
         n_q, n, rows = slopes.model.n_q, slopes.model.n_u, slopes.scene.rows
-        self.moved, self.sizes = n_q + n, (n, rows)
-        # impacts of loops have no derivatives beside such friction: multipliers are zero
-        jump, own = (hit.after - hit.before)[n_q : self.moved], np.zeros(slopes.scene.candidates.own)
+        self.moved, own = n_q + n, np.zeros(slopes.scene.candidates.own)
+        self.active = list(slopes.kernels.active)
+        jump = (hit.after - hit.before)[n_q : self.moved]
+        own[self.active] = own_impulses(slopes, hit)
         self.acting, self.still = np.concatenate([jump, hit.impulses, own]), np.zeros(n + rows + len(own))
         zero = np.zeros(self.moved + 1 + len(slopes.symbols))
         self.forces = (
@@ -93,16 +104,17 @@ class _Bearing:
                 raise self._undirected()
         return float(without[0]) * self.size / self.lever + self._turned(change)
 
-    def gradient(self) -> tuple[Array, Array]:
-        """Return the derivatives of P by the jump of the speeds and by the impulses of all rows."""
-        zero = np.zeros(self.moved + 1 + len(self.slopes.symbols))
-        whole = np.array(
-            [
-                self._turned(self._outputs(self.acting, zero, unit)[1])
-                for unit in np.eye(sum(self.sizes), len(self.still))
-            ]
+    def gradient(self) -> tuple[Array, Array, Array]:
+        """Return the derivatives of P by the jump of the speeds, the impulses of all rows, and those of conditions."""
+        zero, n, rows = (
+            np.zeros(self.moved + 1 + len(self.slopes.symbols)),
+            self.slopes.model.n_u,
+            self.slopes.scene.rows,
         )
-        return whole[: self.sizes[0]], whole[self.sizes[0] :]
+        whole = np.array(
+            [self._turned(self._outputs(self.acting, zero, unit)[1]) for unit in np.eye(len(self.still))]
+        )
+        return whole[:n], whole[n : n + rows], whole[n + rows :][self.active]
 
     def _undirected(self) -> NoDerivativesError:
         """Return the error for a place of a joint that bears nothing, but would if an unknown changed."""

@@ -14,6 +14,7 @@ from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
 from ..events.jumps import forget_signs, take_sides
 from ..events.moment import copy, look
+from ..events.slips import resolve_slips
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
 from ..kernels.sided_run import SidedRun
@@ -33,6 +34,7 @@ def run_from_event_to_event(live: Live) -> int:
     """Run, and compute the frames; return how it ended: `End`, a reason of `event_run`, or one of `memory`."""
     it, contacts = EventRun(live.touching.run), Contacts(live.touching.problem)
     begin(live, it)
+    resolve_slips(it, live.run)
     code = RUNNING
     for k in range(it.contacts):
         if it.gap[k] < -it.near and it.reach[k] >= 0.0:

@@ -60,7 +60,7 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
     if law == laws.LINE_STOP:
         return sign * v[1]
     if law == laws.STOP:
-        return v[1] * v[1] + v[2] * v[2] - laws.STOPPED_SQUARE
+        return v[1] * v[1] + v[2] * v[2] - phase.stopped * phase.stopped
     if law == laws.YIELD:
         return laws.YIELDED_SQUARE - v[1] * v[1] - v[2] * v[2]
     mu = static_friction_of(phase, k)

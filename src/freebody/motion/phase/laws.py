@@ -25,9 +25,9 @@ not covered. With this ε, contact ends at N < -ε P and stick ends at |T| > μ 
 parts of all closed contacts. A load exactly at a limit then causes one decision only: the present law continues at
 equality.
 """
-STOPPED = 1e-8
-"""Slip speed in space below which the slip ends with one straight step [m/s]."""
-STOPPED_SQUARE = STOPPED**2
+STOPPED, RESOLVED = 1e-8, 10.0
+"""Slip speed in space below which the slip ends with one straight step [m/s]: the first, or the second times the
+tolerance of speeds. Steps pass zero unseen from less: friction turns back within the step, an error of a part of it."""
 YIELDED_SQUARE = (4 * STOPPED) ** 2
 """Square of the speed at which a contact that is at its limit of friction slips, since the others do not hold it."""
 CLOSED = 1e-10

@@ -90,7 +90,7 @@ class PhaseData(Record):
 
     ``step``, ``spare``         numbers for each speed
     ``base``, ``beside``, ``slowest``    rates at a state, a state beside it, and the least speed of a slip in space
-                                (`phase_kernels.tangent`)
+                                (`phase_kernels.tangent`);  ``stopped``: that at which such a slip ends
     ``state``                   q and u; ``udot``, ``force`` and ``multiplier`` of all conditions of the machine follow
     """
 
@@ -213,6 +213,7 @@ class PhaseData(Record):
     base: Annotated[Row, "of_y"]
     beside: Annotated[Row, "of_y"]
     slowest: Real
+    stopped: Real
     state: Annotated[Row, "extended_state"]
     udot: Row
     force: Row

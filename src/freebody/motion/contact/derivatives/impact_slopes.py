@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...legs.loaded_slopes import Load, load_of_impact
+from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
 from ...phase.snapshot import Snapshot
@@ -96,8 +96,7 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
     rows = [r for law in laws for r in law.rows]
     W, (M, G) = slopes.look(hit.t, hit.before).matrix, slopes.mass(hit.t, hit.before)
     A = _equations(laws, rows, W, M, G)
-    left = M @ (hit.after - hit.before)[n_q : n_q + n] - hit.impulses @ W
-    own: Any = np.linalg.lstsq(G.T, left, rcond=None)[0]
+    own = own_impulses(slopes, hit)
     scale = np.abs(A).max(axis=1)
     scale[scale == 0] = 1
     result, forces = sigma.copy(), np.zeros((len(sigma), slopes.scene.rows))
@@ -141,6 +140,7 @@ def _equations(laws: list[Law], rows: list[int], W: Array, M: Array, G: Array) -
                 else:
                     A[i, :n] += law.friction * law.way[place] * law.load.by_jump
                     A[i, n:end] += law.friction * law.way[place] * law.load.by_impulses[rows]
+                    A[i, end:] += law.friction * law.way[place] * law.load.by_own
             i += 1
     return A
 

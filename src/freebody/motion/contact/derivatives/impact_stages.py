@@ -18,6 +18,7 @@ from ...events import event_run
 from ...legs.blow_slopes import Struck, after_blow, reactions_of_blow
 from ...legs.loaded_slopes import load_of_impact
 from ...ode.dense_output import Array
+from ...phase.bearings import PASSES
 from .impact_slopes import AT_LIMIT, NONE, Impact, impact_slope, laws_of_impact, rows_of
 from .slopes import Slopes, refused
 
@@ -31,8 +32,6 @@ def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array
         A law that holds with equality, or contacts that would not collide together.
     """
     seen, contacts = slopes.look(hit.t, hit.before), slopes.model.contacts
-    if any(contacts[k].loaded for k in hit.chosen):
-        check_loops(slopes, hit.t)
     approaching = [k for k in hit.chosen if seen.rate[slopes.scene.first[k]] < -hit.still]
     poisson = any(contacts[k].impact == "poisson" for k in approaching)
     if not poisson or not any(seen.restitution[k] * hit.part > 0 for k in hit.chosen):
@@ -54,23 +53,12 @@ def after_blow_in_joints(slopes: Slopes, hit: Struck, sigma: Array, tau: Array) 
     """Return the derivatives after a blow, and the friction of joints under its load (`events.impacts.rub`)."""
     if not slopes.scene.loaded:
         return after_blow(slopes, hit, sigma, tau)
-    check_loops(slopes, hit.t)
     after, blown = reactions_of_blow(slopes, hit, sigma, tau)
-    rows = rows_of(slopes, slopes.scene.loaded)
-    change = slopes.mass(hit.t, hit.before)[0] @ (hit.after - after)[slopes.model.n_q : slopes.moved]
-    impulses = np.zeros(slopes.scene.rows)
-    impulses[rows] = np.linalg.lstsq(slopes.look(hit.t, after).matrix[rows].T, change, rcond=1e-11)[0]
     still = event_run.STILL * (1 + float(np.abs(after[slopes.model.n_q : slopes.moved]).max(initial=0)))
     between = after_blow(slopes, hit._replace(after=after), sigma, tau)
-    rub = Impact(hit.t, after, hit.after, slopes.scene.loaded, impulses, 0.0, still, blown=blown)
-    return impact_slope(slopes, rub, between, tau)[0]
-
-
-def check_loops(slopes: Slopes, t: float) -> None:
-    """Refuse an impact of a closed loop beside friction under the load of a joint."""
-    if slopes.scene.candidates.own > 0:
-        name = slopes.model.contacts[slopes.scene.loaded[0]].name
-        raise refused(slopes, t, f"the load of a joint in a loop bounds the friction '{name}' in an impact")
+    none = np.zeros(slopes.scene.rows)
+    rub = Impact(hit.t, after, hit.after, slopes.scene.loaded, none, 0.0, still, blown=blown)
+    return impact_slope(slopes, compression(slopes, rub), between, tau)[0]
 
 
 def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
@@ -134,9 +122,9 @@ def one_by_one(slopes: Slopes, hit: Impact, sigma: Array) -> Iterator[Impact]:
 
 
 def compression(slopes: Slopes, hit: Impact) -> Impact:
-    """Return the compression of an impact by Poisson's law, with loads of joints that agree with its impulses."""
+    """Return an impact without restitution, as a compression, with loads of joints that agree with its impulses."""
     seen, loads, last = slopes.look(hit.t, hit.before), dict[int, float](), np.inf
-    while True:
+    for _ in range(PASSES):
         impulses, after = collided(slopes, hit, 0, 0, loads)[1], hit.before.copy()
         after[slopes.model.n_q : slopes.moved] += impulses @ seen.responses
         first = hit._replace(after=after, impulses=impulses, part=0.0)
@@ -148,6 +136,8 @@ def compression(slopes: Slopes, hit: Impact) -> Impact:
         if change <= NONE * most and change >= last or change == 0:
             return first
         loads, last = found, change
+    names = ", ".join(f"'{slopes.model.contacts[k].name}'" for k in loads)
+    raise refused(slopes, hit.t, f"the loads of joints with friction {names} do not settle in an impact")
 
 
 def collided(
