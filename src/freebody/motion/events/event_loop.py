@@ -38,7 +38,7 @@ from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
+from .slips import UPSET, begin_slip, fading, halt, turn_back, turned_over
 from .speeds import (
     decided_by_speeds,
     end_of_phase,
@@ -269,7 +269,7 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
             it.stage = event_run.ARRIVE
             return RUNNING
         turn_back(it, contacts)
-        k = fading(it)
+        k = fading(it, 1)
         if k >= 0:
             it.stopping[k], it.stage, it.halting = 1, event_run.HALT, 1
             return RUNNING
@@ -351,9 +351,11 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         status = STIFF
     if status == RUNNING:
         crept = creeps(it, n)
-        if crept != 0 and it.resting == 0 and fades(it) != 0:
-            it.crept = 0
-            return end_phase(it, run, contacts, COLLAPSED)
+        if crept != 0 and it.resting == 0:
+            look(it)
+            if fading(it, 0) >= 0:
+                it.crept = 0
+                return end_phase(it, run, contacts, COLLAPSED)
         if crept > event_run.STALL:
             return event_run.STALLED
         if it.steps_left > 0:
@@ -369,8 +371,10 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
-    if status == COLLAPSED and it.resting == 0 and fades(it) != 0:
-        it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
+    if status == COLLAPSED and it.resting == 0:
+        look(it)
+        if fading(it, 0) >= 0:
+            it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     wrong = depth(it, status)
     if wrong != 0:
@@ -426,7 +430,6 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
                 begin_steps(it, run, end_of_phase(it))
-                return RUNNING
             return RUNNING
     it.stage = event_run.ARRIVE
     return RUNNING
