@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
-from ..kernels.switching import IS_STUCK, OTHER_SIDES
+from ..kernels.switching import IS_STUCK, OTHER_SIDES, same
 from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL
 from ..ode.run import Run
 from ..phase import laws
@@ -27,7 +27,6 @@ from .jumps import (
     judge_sides,
     jumped,
     leave_idle,
-    same,
     settle_sides,
     stick,
     take_crossing,
