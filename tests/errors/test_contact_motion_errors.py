@@ -5,7 +5,7 @@ import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
-from freebody.motion.contact import run
+from freebody.motion.contact import refusals, run
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.events import event_run
 from freebody.motion.events.code import code
@@ -32,9 +32,9 @@ def looked_at_end(start, end, mode, wall=False, spare=0):
     it.states[:6], it.y[:6] = start, end
     it.mode[:], it.spare_count = NUMBERS[mode], spare
     if why := code("depth")(it, layout.FINISHED):
-        raise run.refusal(work, why)
+        raise refusals.refusal(work, why)
     if code("parted")(it):
-        raise run.refusal(work, event_run.PARTED)
+        raise refusals.refusal(work, event_run.PARTED)
 
 
 def test_a_contact_that_was_passed_over():

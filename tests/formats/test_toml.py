@@ -19,6 +19,7 @@ from freebody.formats.toml.write import toml_text
 from freebody.gallery import entries
 from freebody.scalar.algebra import IDENTITY
 from freebody.testing import random_system
+from sampled import sampled
 
 JOINTS = [name for name, kind in JOINT_KINDS.items() if kind.__module__.startswith("freebody.")]
 
@@ -259,13 +260,7 @@ def test_random_machines_survive_a_round_trip(seed: int) -> None:
     again(random_system(seed, 6))
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow) if name in ("whipple-bicycle", "prob-6-18") else name
-        for name in entries()
-    ],
-)
+@pytest.mark.parametrize("name", sampled(entries(), 3, ("whipple-bicycle", "prob-6-18")))
 def test_round_trip_of_the_gallery(name: str) -> None:
     again(entries()[name].build())
 

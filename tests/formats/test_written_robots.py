@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,7 @@ def carried(s: fb.System, poses: Any, body: str) -> Any:
     return R @ np.array(axes, float), p + R @ np.array(point.components, float)
 
 
-@pytest.mark.parametrize("seed", sampled(range(6), 2))
+@pytest.mark.parametrize("seed", sampled(range(6), 3))
 @pytest.mark.parametrize("ending", KINDS)
 def test_a_random_tree_is_the_same_when_it_is_read_again(tmp_path, seed, ending):
     s = random_system(seed, 5, KINDS[ending], loads=False)
@@ -97,7 +98,7 @@ def forces(s: fb.System) -> None:
                 s.damper(f"c{i}{k}", joint, damping=0.4 + i, coordinate=k)
 
 
-@pytest.mark.parametrize("seed", sampled(range(4), 2))
+@pytest.mark.parametrize("seed", sampled(range(4), 4))
 @pytest.mark.parametrize("ending", KINDS)
 def test_springs_and_dampers_along_joints_are_the_same(tmp_path, seed, ending):
     s = random_system(seed + 20, 4, KINDS[ending], loads=False)
@@ -106,7 +107,7 @@ def test_springs_and_dampers_along_joints_are_the_same(tmp_path, seed, ending):
     assert difference(s, again(s, tmp_path, ending), poses=False) < 1e-13
 
 
-@pytest.mark.parametrize("seed", sampled(range(4), 2))
+@pytest.mark.parametrize("seed", sampled(range(4), 4))
 def test_armature_is_the_same(tmp_path, seed):
     s = random_system(
         seed + 30, 4, ("universal", "ball", "cylindrical", "planar"), loads=False, armature=True
@@ -287,8 +288,7 @@ MOTORS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("law", MOTORS)
-@pytest.mark.parametrize("one", ["q", "0.3 - q"])
+@pytest.mark.parametrize(("law", "one"), sampled(itertools.product(MOTORS, ["q", "0.3 - q"]), 2))
 def test_motors_are_the_same(tmp_path, law, one):
     s, turn, _ = arm(one=one)
     s.parameters(u=0)

@@ -9,6 +9,7 @@ import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics, mass_matrix
 from freebody.dynamics.newton_euler import reactions
 from freebody.testing import polynomial_value, random_inertia, random_rotation, random_state, small_inertia
+from sampled import sampled
 
 from .test_laws_free_bodies import check, on_a_motion
 
@@ -91,7 +92,7 @@ def machine(pattern, seed, *, explicit=False):
 
 
 @pytest.mark.parametrize("pattern", CHAINS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", sampled(range(3), 3))
 def test_a_chain_moves_as_with_massless_bodies_between(pattern, seed, tmp_path):
     """Mass matrix, accelerations, and the wrench of its last motion on the child are those of the longer machine."""
     short, long = machine(pattern, seed), machine(pattern, seed, explicit=True)

@@ -13,6 +13,7 @@ from freebody.scalar.polynomial import Ring
 from freebody.scalar.ratio import Ratio
 from freebody.symbolic.printing.display import displayed, latex, text
 from freebody.symbolic.printing.fractions import ratio_displayed, ratio_latex, ratio_text
+from sampled import sampled
 
 A, B = sympy.symbols("a b")
 T = sympy.Symbol("t")
@@ -96,7 +97,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", sampled(range(10), 3))
 @pytest.mark.parametrize(("angles", "hyperbolic"), CASES, ids=["x", "2x", "x/2", "x y", "x - y", "sinh"])
 def test_equal_fractions_print_alike(angles, hyperbolic, seed):
     rng = random.Random(f"{angles} {hyperbolic} {seed}")

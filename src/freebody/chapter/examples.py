@@ -19,7 +19,6 @@ from .small import put
 from .statement import Statement
 
 t = machines.t
-ZERO = sympy.Integer(0)
 SENSE = sympy.Symbol("sense")
 """+1 where friction acts backwards on the disk, -1 where it acts forwards."""
 

@@ -18,7 +18,6 @@ from .small import Small, put
 from .statement import Statement
 
 t = machines.t
-ZERO = sympy.Integer(0)
 theta_0 = sympy.Symbol("theta_0", real=True)
 rate_0 = sympy.Symbol("psi_0'", real=True)
 POSITIVE = {n: sympy.Symbol(n, positive=True) for n in ("m", "L", "g", "I_xi", "I_zeta", "Omega_zeta")}

@@ -26,8 +26,8 @@ from ..native.functions import instruction
 from ..native.instructions import Integers, Parts, reals_at
 from ..native.loop import made, module_named
 from ..native.records import Count, Kernel, Real, Record, Row, Wholes, record
-from . import kernels
 from .arguments import of_list
+from .kernel import Kernel as CompiledKernel
 
 USABLE = (
     sys.implementation.name == "cpython" and sys.byteorder == "little"
@@ -197,7 +197,7 @@ def code() -> Any:
 
 def python_entry(
     method: Callable[..., Any],
-    kernel: kernels.Kernel,
+    kernel: CompiledKernel,
     c: np.ndarray,
     widths: Sequence[int],
     shape: Sequence[int],

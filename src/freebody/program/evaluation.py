@@ -25,7 +25,7 @@ from .arguments import (
     signals_at,
 )
 from .entry import python_entry
-from .kernels import Kernel, KernelSet
+from .kernel import Kernel, KernelSet
 from .large.tree_loop import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
     Product,

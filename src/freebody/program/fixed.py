@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..native import codegen
-from .kernels import Kernel
+from .kernel import Kernel
 
 
 class Fixed:

@@ -42,7 +42,8 @@ from ..scalar.derivative import forward
 from ..scalar.derivative import jacobian as derivative
 from ..scalar.trace import Tape, Traced
 from .arguments import place_of
-from .kernels import KernelSet, compile_tape
+from .kernel import KernelSet
+from .kernels import compile_tape
 
 
 @dataclass(frozen=True)

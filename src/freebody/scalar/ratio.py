@@ -147,11 +147,6 @@ def _size(x: Scalar) -> int:
     return len(x) if type(x) is Polynomial else 1
 
 
-def numerator(x: Scalar) -> Scalar:
-    """Numerator of a ratio; an element or a number is its own numerator."""
-    return x.num if type(x) is Ratio else x
-
-
 def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Scalar]:
     """The ratios times the least common multiple of their denominators: elements of the ring."""
     total: Any = None  # not in normal form: the relations would hide the factors of the product

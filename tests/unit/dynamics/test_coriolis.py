@@ -10,6 +10,7 @@ from freebody.dynamics import bias, coriolis_matrix, float_state, gravity_forces
 from freebody.dynamics.kinematics import state_along
 from freebody.scalar.series import Series
 from freebody.testing import random_state
+from sampled import sampled
 from unloaded_machines import coupled, unloaded
 
 EPS = np.finfo(float).eps
@@ -59,6 +60,7 @@ def test_it_is_linear_in_the_speeds(case):
     close(three, 3 * one, 1 + np.abs(three).max())
 
 
+@pytest.mark.parametrize("case", sampled([*range(12), "coupled"], 4), indirect=True)
 def test_compiled(case):
     s, model, q, u = case
     program = fb.compile(s)

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from functools import cache as cached
 from pathlib import Path
 
 import pytest
@@ -53,27 +54,32 @@ def imported(name):
     found, waiting = set(), [name]
     while waiting:
         name = waiting.pop()
-        if name in found:
-            continue
-        found.add(name)
-        file = module_file(name)
-        room = ["freebody", *name.split(".")]
-        room = room if file.name == "__init__.py" else room[:-1]
-        for node in ast.walk(ast.parse(file.read_bytes())):
-            if isinstance(node, ast.Import):
-                assert not any(one.name.startswith("freebody") for one in node.names), name
-            if not isinstance(node, ast.ImportFrom):
-                continue
-            if not node.level:
-                assert not node.module.startswith("freebody"), name
-                continue
-            base = [*room[: len(room) + 1 - node.level], *(node.module or "").split(".")]
-            base = [part for part in base if part][1:]
-            for one in node.names:
-                whole = ".".join([*base, one.name])
-                waiting.append(whole if module_file(whole).is_file() else ".".join(base))
-        waiting = [one for one in waiting if one]
+        if name not in found:
+            found.add(name)
+            waiting += named_in(name)
     return found
+
+
+@cached
+def named_in(name):
+    """Modules of the package that the text of a module imports."""
+    file, result = module_file(name), []
+    room = ["freebody", *name.split(".")]
+    room = room if file.name == "__init__.py" else room[:-1]
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            assert not any(one.name.startswith("freebody") for one in node.names), name
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        if not node.level:
+            assert not node.module.startswith("freebody"), name
+            continue
+        base = [*room[: len(room) + 1 - node.level], *(node.module or "").split(".")]
+        base = [part for part in base if part][1:]
+        for one in node.names:
+            whole = ".".join([*base, one.name])
+            result.append(whole if module_file(whole).is_file() else ".".join(base))
+    return [one for one in result if one]
 
 
 @pytest.mark.parametrize("writers", WRITERS, ids=" ".join)

@@ -16,7 +16,8 @@ from ...dynamics.conditions.constrained import moved_onto
 from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import ExpressionError
 from ...program.fixed import Fixed
-from ...program.kernels import KernelSet, compile_tape
+from ...program.kernel import KernelSet
+from ...program.kernels import compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward
 from ..kernels.kernels import Kernels

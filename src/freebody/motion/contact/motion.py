@@ -22,7 +22,8 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .history import History
-from .run import flat, run
+from .refusals import flat
+from .run import run
 from .state import CHOICES, ContactRun
 
 

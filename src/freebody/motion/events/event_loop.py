@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
-from ..kernels.switching import IS_STUCK, OTHER_SIDES
+from ..kernels.switching import IS_STUCK, OTHER_SIDES, same
 from ..ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFINED
 from ..ode.run import Run
 from ..phase import laws
@@ -27,7 +27,6 @@ from .jumps import (
     judge_sides,
     jumped,
     leave_idle,
-    same,
     settle_sides,
     stick,
     take_crossing,
@@ -41,7 +40,6 @@ from .shares import forces_decide, forces_decided
 from .slips import (
     UPSET,
     begin_slip,
-    fades,
     fading,
     halt,
     resolve_slips,
@@ -280,7 +278,7 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
             it.stage = event_run.ARRIVE
             return RUNNING
         turn_back(it, contacts)
-        k = fading(it)
+        k = fading(it, 1)
         if k >= 0:
             it.stopping[k], it.stage, it.halting = 1, event_run.HALT, 1
             return RUNNING
@@ -367,9 +365,11 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         status = STIFF
     if status == RUNNING:
         crept = creeps(it, n)
-        if crept != 0 and it.resting == 0 and fades(it) != 0:
-            it.crept = 0
-            return end_phase(it, run, contacts, COLLAPSED)
+        if crept != 0 and it.resting == 0:
+            look(it)
+            if fading(it, 0) >= 0:
+                it.crept = 0
+                return end_phase(it, run, contacts, COLLAPSED)
         if crept > event_run.STALL:
             return event_run.STALLED
         if it.steps_left > 0:
@@ -385,8 +385,10 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
-    if status == COLLAPSED and it.resting == 0 and fades(it) != 0:
-        it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
+    if status == COLLAPSED and it.resting == 0:
+        look(it)
+        if fading(it, 0) >= 0:
+            it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
         it.blame = it.ending[it.blame - it.events]
@@ -445,7 +447,6 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
                 begin_steps(it, run, end_of_phase(it))
-                return RUNNING
             return RUNNING
     it.stage = event_run.ARRIVE
     return RUNNING

@@ -282,13 +282,11 @@ class EventRun(Record):
     crept_from: Real
     phases: Whole
     blame: Whole
-    named: Whole
     hit: Whole
     open: Whole
     spare_count: Whole
     begun: Whole
     first_row: Whole
-    done: Whole
     crossed: Whole
     halting: Whole
     longest: Real

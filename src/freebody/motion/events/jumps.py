@@ -11,11 +11,22 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, Truth, compiled, greater, inlined
+from ...native.instructions import Reals, compiled
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
 from ..kernels.sided_run import SidedRun
-from ..kernels.switching import OTHER_SIDES, is_quiet, judge, look_back, reset, see, settle, switch
+from ..kernels.switching import (
+    OTHER_SIDES,
+    is_quiet,
+    judge,
+    look_back,
+    reset,
+    same,
+    see,
+    settle,
+    sign_of,
+    switch,
+)
 from ..ode.layout import FINISHED, STUCK
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
@@ -24,21 +35,12 @@ from .event_run import EventRun
 from .log import log_crossing, log_phase, log_state
 from .moment import largest
 
-SAME = 1e-12
-"""Time, relative to 1 s or the time, within which an event is the same one, as in a step."""
-
 
 @compiled
 def forget_signs(it: EventRun) -> None:
     """Know no signs and no events, as at the start of a run."""
     for e in range(it.asked):
         it.signs[e], it.ways[e], it.crossed_at[e] = event_run.UNSEEN, 0, -math.inf
-
-
-@compiled
-def sign_of(x: float) -> int:
-    """Return 1, -1, or 0 for zero and for what is no number."""
-    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)
 
 
 @compiled
@@ -58,18 +60,6 @@ def crossed(it: EventRun, run: Run, e: int, way: int) -> int:
     return 1 if it.final[e] != 0 else 0
 
 
-@inlined
-def same(t: float, other: float) -> Truth:
-    """Return True if two times are those of one event."""
-    return abs(t - other) <= SAME * greater(1.0, abs(t))
-
-
-@compiled
-def just_crossed(it: EventRun, e: int) -> int:
-    """Return 1 if a function has had its event now, else 0."""
-    return 1 if same(it.t, it.crossed_at[e]) else 0
-
-
 @compiled
 def jumped(it: EventRun, run: Run) -> int:
     """Log the functions whose signs changed since the end of the last phase; return 1 if one ends the run, else 0."""
@@ -81,7 +71,7 @@ def jumped(it: EventRun, run: Run) -> int:
         it.signs[e] = now
         if before == event_run.UNSEEN or now == before:
             continue
-        if now == 0 and just_crossed(it, e) != 0:
+        if now == 0 and same(it.t, it.crossed_at[e]):
             continue
         if before == 0 and now == it.ways[e]:  # it passes
             continue
@@ -108,7 +98,7 @@ def arrived(it: EventRun, run: Run) -> int:
         before = it.signs[e]
         it.signs[e] = sign_of(it.watch_later[e])
         reaches = it.watch_later[e] == 0.0 and it.watch[e] != 0.0 and (before == 1 or before == -1)
-        if (reaches or before * it.signs[e] == -1) and just_crossed(it, e) == 0:
+        if (reaches or before * it.signs[e] == -1) and not same(it.t, it.crossed_at[e]):
             ends += crossed(it, run, e, -before)
     return 1 if ends > 0 else 0
 
@@ -199,7 +189,7 @@ def leave_idle(it: EventRun, run: Run) -> None:
 def stick(it: EventRun) -> int:
     """End the run at the switch of a law that no side leads away, or where it is to end, if that is there."""
     code: int = STUCK
-    if it.target - it.t <= SAME * greater(1.0, abs(it.t)):
+    if same(it.t, it.target):
         code, it.t = FINISHED, it.target
     it.first_row, it.blame = it.logged, SidedRun(it.sided).stuck
     log_state(it, it.t, it.y, 0.0)

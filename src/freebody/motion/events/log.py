@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, inlined
 from ..kernels.hoisted import Hoisted
+from ..kernels.switching import sign_of
 from ..phase.laws import LIMIT, STICK
 from ..phase.phase_record import PhaseData
 from . import event_run
@@ -92,7 +93,7 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
     for k in range(it.contacts):
         mark(it, it.shown[k] + event_run.DEAD * it.dead[k])
     for k in range(it.laws):
-        mark(it, 0 if phase.sides[k] == 0.0 else (1 if phase.sides[k] > 0.0 else -1))
+        mark(it, sign_of(phase.sides[k]))
     for i in range(it.actives):
         mark(it, it.active[i])
     for i in range(it.rings):

@@ -3,10 +3,6 @@
 Friction of a slow slip in space is stiff. The direction of a slip of the speed v follows the load at the rate
 λ = μ N / (m v). From rest, where μ_s N is reached, v grows from zero with the square of time, and explicit steps,
 h < 6/λ, are thousands. Implicit ones grow with v.
-
-Within a phase `event_search` finds events of the user. Between phases their functions jump through zero, or reach it as
-a gap closes. A function that arrives at zero has its event there, and one that leaves it in the direction from which it
-came.
 """
 
 from __future__ import annotations
@@ -27,8 +23,6 @@ TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
 STABLE = 12.0
 """h λ up to which explicit steps cost less: those of `dop853` are stable up to 6, and take half the evaluations."""
-SAME = 1e-12
-"""Time, relative to 1 s or the time, within which an event is the same one, as in a step."""
 
 
 @compiled
@@ -193,6 +187,3 @@ def clear_reasons(it: EventRun, reason: int) -> None:
     """Give every contact the same reason."""
     for k in range(it.contacts):
         it.reason[k] = reason
-
-
-# -- events of the user ----------------------------------------------------------------------------------

@@ -245,31 +245,20 @@ def resolve_slips(it: EventRun, run: Run) -> None:
 
 
 @compiled
-def is_slow(it: EventRun, k: int) -> int:
-    """Return 1 if a contact with friction slips in space so slowly that the slip soon has no direction, else 0."""
-    rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
-    return 1 if rough and slip_speed(it, k) <= PhaseData(it.phase).stopped else 0
+def fading(it: EventRun, slows: int) -> int:
+    """Return a contact with friction that slips in space so slowly that the slip soon has no direction, or -1.
 
-
-@compiled
-def fades(it: EventRun) -> int:
-    """Return 1 if a slip in space is slow, and no step follows it; else 0."""
-    look(it)
-    for k in range(it.contacts):
-        if is_slow(it, k) != 0:
-            return 1
-    return 0
-
-
-@compiled
-def fading(it: EventRun) -> int:
-    """Return the contact whose slip in space begins slow and slows further, or -1.
-
-    Its speed does not pass the end of slips, and the direction turns at rates of 1/speed.
+    With ``slows`` 1 it is one that slows further: its speed does not pass the end of slips, and its direction turns at
+    rates of 1/speed.
     """
     known = 0
     for k in range(it.contacts):
-        if is_slow(it, k) != 0 and slip_speed(it, k) > it.still:
+        rough = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k)
+        if not rough or slip_speed(it, k) > PhaseData(it.phase).stopped:
+            continue
+        if slows == 0:
+            return k
+        if slip_speed(it, k) > it.still:
             if known == 0:
                 it.accelerations(it.t, it.y, it.phase, it.speeds)
                 known = 1

@@ -22,7 +22,8 @@ from ...dynamics.kinematics import Posture
 from ...dynamics.state import State
 from ...model import Model, assemble
 from ...model.contact import Contact
-from ...program.kernels import KernelSet, compile_tape
+from ...program.kernel import KernelSet
+from ...program.kernels import compile_tape
 from ...scalar.algebra import IDENTITY, ZERO, Vector
 from ...scalar.trace import Tape
 from ...space.mass import MassProperties

@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix, potential_energy
-from ...dynamics.linear import Factorization
+from ...dynamics.linear import Factorization, scalar_product
 from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError, SimulationError
 from ...model import Model
@@ -113,7 +113,7 @@ def hamilton(kernels: Kernels) -> Program:
         q = list(traced.q)
         norms: dict[int, Scalar] = {}
         for i in model.quaternions:
-            norm = tape.sqrt(_dot(q[i : i + 4], q[i : i + 4]))
+            norm = tape.sqrt(scalar_product(q[i : i + 4], q[i : i + 4]))
             q[i : i + 4] = [x / norm for x in q[i : i + 4]]
             norms.update(dict.fromkeys(range(i, i + 4), norm))
 
@@ -130,16 +130,15 @@ def hamilton(kernels: Kernels) -> Program:
         rates = moved(u)
         # differentiate at fixed u: u is an input of the Lagrangian, replaced by its value afterwards
         fixed_speeds = [tape.input(f"held {speed.name}") for speed in model.speeds]
-        lagrangian = HALF * _dot(fixed_speeds, [_dot(row, fixed_speeds) for row in M]) - potential_energy(
-            model, state
-        )
-        gradient = transposed(tape, [lagrangian - _dot(P, moved(fixed_speeds))], [1], traced.q)
+        held_momenta = [scalar_product(row, fixed_speeds) for row in M]
+        lagrangian = HALF * scalar_product(fixed_speeds, held_momenta) - potential_energy(model, state)
+        gradient = transposed(tape, [lagrangian - scalar_product(P, moved(fixed_speeds))], [1], traced.q)
         gradient = replaced(tape, gradient, dict(zip(fixed_speeds, u, strict=True)))
         # the inverse is P = D B p, with D = 4 for a quaternion, whose B has columns of length ½
         weights = np.ones(model.n_q, dtype=int)
         for i in model.quaternions:
             weights[i : i + 4] = 4
-        spread = moved([_dot(row, state.u) for row in M])
+        spread = moved([scalar_product(row, state.u) for row in M])
         momenta = [int(d) * x for d, x in zip(weights, spread, strict=True)]
         functions = {"hamilton": [*rates, *gradient], "speeds": u, "momenta": momenta}
         kernels.programs["hamilton"] = Program(
@@ -172,10 +171,3 @@ _ARITHMETIC: dict[int, Callable[[Scalar, Scalar], Scalar]] = {
     MUL: operator.mul,
     DIV: divide,
 }
-
-
-def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total

@@ -6,16 +6,27 @@ constants, so that the steps see no jump and no bend.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, Truth, compiled, greater, inlined, lesser, root, run_by, whole
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, root, run_by, whole
 from ..ode.layout import FINISHED, RUNNING, STUCK, TERMINAL
 from ..ode.run import Run
 from .hoisted import Hoisted
 from .renewal import renew
 from .sided_run import SidedLoop, SidedRun
-from .switching import IS_STUCK, OTHER_SIDES, gauge, is_quiet, judge, look_back, see, settle, switch
+from .switching import (
+    IS_STUCK,
+    OTHER_SIDES,
+    SAME,
+    gauge,
+    is_quiet,
+    judge,
+    look_back,
+    same,
+    see,
+    settle,
+    sign_of,
+    switch,
+)
 
-SAME = 1e-12
-"""Difference of the times of two events, relative to 1 s or the time, that counts as none (`event_search`)."""
 ANY = float("inf")
 
 
@@ -150,12 +161,6 @@ def take(loop: SidedLoop) -> None:
     loop.steps += n
 
 
-@inlined
-def same(t: float, other: float) -> Truth:
-    """Return True if two times are those of one event."""
-    return abs(t - other) <= SAME * greater(1.0, abs(t))
-
-
 @compiled
 def log_event(loop: SidedLoop, t: float, number: int, way: int, y: Reals) -> None:
     """Log an event of the user, if its direction is asked for."""
@@ -181,7 +186,7 @@ def sign_events(loop: SidedLoop, logs: int) -> None:
         return
     loop.values(inner.t, inner.y, loop.values_c, loop.seen)
     for e in range(loop.events):
-        now = 1 if loop.seen[e] > 0.0 else (-1 if loop.seen[e] < 0.0 else 0)
+        now = sign_of(loop.seen[e])
         if logs != 0 and now != 0 and loop.signs[e] == -now:
             log_event(loop, inner.t, e, now, inner.y)
         loop.signs[e] = now if now != 0 or logs == 0 else loop.signs[e]

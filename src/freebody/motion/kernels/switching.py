@@ -14,7 +14,7 @@ Source: A. F. Filippov, Differential Equations with Discontinuous Righthand Side
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined
+from ...native.instructions import Reals, Truth, compiled, greater, inlined
 from ...scalar.trace import ADD, CONST, INPUT, MUL, NEG
 from .hoisted import Hoisted
 from .renewal import renew
@@ -22,6 +22,20 @@ from .sided_run import ENTERED, HOLDS, LEAST, QUICK, RESTED, TURNED, SidedRun
 
 JUDGED, OTHER_SIDES, IS_STUCK = range(3)
 """Answers of `judge`: the sides hold; the rates of other sides are asked for; a law is stuck."""
+SAME = 1e-12
+"""Difference of the times of two events, relative to 1 s or the time, that counts as none (`event_search`)."""
+
+
+@inlined
+def same(t: float, other: float) -> Truth:
+    """Return True if two times are those of one event."""
+    return abs(t - other) <= SAME * greater(1.0, abs(t))
+
+
+@inlined
+def sign_of(x: float) -> int:
+    """Return 1, -1, or 0 for zero and for what is no number."""
+    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)
 
 
 @inlined

@@ -180,7 +180,6 @@ class LiveMachine:
             **of_run,
             **self._sizes_of_closing(),
             **sizes_of(touching, addresses, constants, of_run["zeros"]),
-            n_contacts=len(model.contacts),
             n_events=len(setting.specs),
             n_parameters=len(self.names),
             n_outputs=count.get("observation", 0),

@@ -156,7 +156,6 @@ class Live(Record):
     n_state: Count
     n_parameters: Count
     n_constants: Count
-    n_contacts: Count
     n_events: Count
     n_outputs: Count
     room_of_phases: Count

@@ -11,7 +11,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...dynamics.kinematics import poses
 from ...errors import ModelError
@@ -22,8 +21,6 @@ from ...symbolic.linear.modes import Mode
 from ..machine.configuration import configuration
 from ..machine.shapes import machine_size
 from .keyframes import Keyframes
-
-Array = NDArray[np.float64]
 
 PERIODS, FRAMES = 3, 49
 """Periods of an oscillation (or time constants), and moments in each."""

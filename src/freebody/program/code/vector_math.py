@@ -45,7 +45,6 @@ from .sincos import LIMIT, reduced, sincos, sine_and_cosine
 
 _hex = float.fromhex
 _LN2_HI, _LN2_LO = _hex("0x1.62e42fefa3800p-1"), _hex("0x1.ef35793c76730p-45")  # k _LN2_HI is exact
-_LN2, _LN2_REST = _hex("0x1.62e42fefa39efp-1"), _hex("0x1.abc9e3b39803fp-56")
 _PIO4, _PIO4_REST = _hex("0x1.921fb54442d18p-1"), _hex("0x1.1a62633145c07p-55")
 _THIRD_REST = _hex("0x1.5555555555555p-56")
 _LOG2_E = _hex("0x1.71547652b82fep+0")

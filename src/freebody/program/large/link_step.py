@@ -94,7 +94,8 @@ from ...space.spatial import (
 )
 from ...space.turn import matrix_from_sine
 from ..code.emit import Form
-from ..kernels import KernelSet, compile_tape
+from ..kernel import KernelSet
+from ..kernels import compile_tape
 from . import link_masses
 
 V, RATES = 0, 6

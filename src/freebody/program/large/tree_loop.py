@@ -39,7 +39,7 @@ from ...model.model import GROUND, Model
 from ...native import codegen
 from ...native.records import WIDTH
 from ...scalar.algebra import ZERO
-from ..kernels import Kernel
+from ..kernel import Kernel
 from .link_masses import counted
 from .link_step import constants_of
 from .tree_code import entries

@@ -36,7 +36,8 @@ from ...scalar.derivative import beside
 from ...scalar.trace import INPUT, Tape, Traced
 from ...space.spatial import minus
 from ..code.emit import Form
-from ..kernels import KernelSet, compile_tape
+from ..kernel import KernelSet
+from ..kernels import compile_tape
 from . import link_moves, link_step
 from .link_masses import is_bare
 from .link_places import accelerations, sums

@@ -13,6 +13,7 @@ from typing import Any
 
 from ...describe.loads.action import GeneralizedForce, JointForce, PointForce
 from ...dynamics.kinematics import link_postures, point_position
+from ...dynamics.linear import scalar_product
 from ...dynamics.loads.actions import actions
 from ...dynamics.loads.power import joint_link, speed_of
 from ...dynamics.momentum import mass_centre, momentum
@@ -45,7 +46,7 @@ def candidates(e: Derivation) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]
         xi = rigid_motion(e.model, e.state, w, v, at)
         if xi is None:
             yield from _through_masses(e, name, w, v)
-        elif _is_balanced(at_rest, xi, at, _drift(e, quantity := _sum_of_products(xi, p), at)):
+        elif _is_balanced(at_rest, xi, at, _drift(e, quantity := scalar_product(xi, p), at)):
             yield name, quantity, xi
     for link in e.model.links:
         if link.u < 0:
@@ -100,13 +101,6 @@ def _is_conserved_in_numbers(e: Derivation, x: Scalar) -> bool:
     return abs(value) <= np.sqrt(np.finfo(float).eps) * (1 + size)
 
 
-def _sum_of_products(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
-
-
 def _static_residuals(e: Derivation, at: dict[Any, Any]) -> list[float]:
     """E_j at rest in a random configuration, without constraint forces: minus weight, springs and loads.
 
@@ -146,7 +140,7 @@ def _energies(e: Derivation) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]]
     T, p = e.energy.canonical_kinetic, momenta(e)
     u = e.state.u
     V = e.energy.canonical_potential - _work_of_constants(e)
-    h = _sum_of_products(p, u) - T + V
+    h = scalar_product(p, u) - T + V
     if h == 0 or not e.ring.atoms_of(h) & {speed.symbol for speed in e.model.speeds}:
         return
     name = "energy" if h == T + V else "Jacobi's integral"

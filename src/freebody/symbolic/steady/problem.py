@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ...dynamics.conditions.constraints import rows
+from ...dynamics.linear import scalar_product
 from ...errors import ModelError
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
@@ -126,7 +127,7 @@ class Problem:
             assert result is not None
             return result
 
-        drift = [e.conditions.rate[i] - _dot(row, u) for i, row in zip(rolling, G, strict=True)]
+        drift = [e.conditions.rate[i] - scalar_product(row, u) for i, row in zip(rolling, G, strict=True)]
         speeds = solve(u, [-x for x in drift])
         first = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: speeds[j] for j in dependent})
         accelerations = solve(udot, [-first(e.conditions.bias[i]) for i in rolling])
@@ -284,10 +285,3 @@ def _combined(a: dict[int, Fraction], b: dict[int, Fraction], c: Fraction) -> di
     for j, x in b.items():
         result[j] = result.get(j, Fraction(0)) + c * x
     return {j: x for j, x in result.items() if x}
-
-
-def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Any:
-    total: Any = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total

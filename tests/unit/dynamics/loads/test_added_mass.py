@@ -142,7 +142,10 @@ def test_struck(joints):
     close(*results, 2**20 * EPS)
 
 
-@pytest.mark.parametrize(("joints", "loop"), [(CHAINS[1], False), (CHAINS[2], False), (CHAINS[1], True)])
+@pytest.mark.parametrize(
+    ("joints", "loop"),
+    [(CHAINS[1], False), pytest.param(CHAINS[2], False, marks=pytest.mark.slow), (CHAINS[1], True)],
+)
 def test_motion(joints, loop):
     """Compiled code, its ledger and reactions, also with a loop."""
     a, b = (machine(joints, added=added, loop=loop) for added in (True, False))

@@ -16,7 +16,7 @@ import freebody as fb
 from contact_machines import DISK
 from freebody.cli import main
 from freebody.errors import SimulationError
-from freebody.motion.contact.run import refusal
+from freebody.motion.contact.refusals import refusal
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.events import event_run
 from freebody.motion.kernels.kernels import kernels_of

@@ -27,11 +27,12 @@ from freebody.picture.paper.labels import outline, size_of
 from freebody.picture.paper.palette import pale
 from freebody.picture.paper.placing import inside
 from freebody.picture.paper.sheet import Label, Line, flat, overlap
+from sampled import sampled
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-@pytest.fixture(scope="module", params=list(entries()))
+@pytest.fixture(scope="module", params=sampled(entries(), 2, ("whipple-bicycle",)))
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, Any]:
     entry = entries()[request.param]
     e = fb.equations(entry.build())

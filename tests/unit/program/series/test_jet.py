@@ -28,6 +28,7 @@ from freebody.program.series.recurrence import Node, Recurrence
 from freebody.program.series.rewriting import shortened
 from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from freebody.testing import JOINTS, random_state, random_system
+from sampled import sampled
 
 P = jet.ORDER
 EPS = np.finfo(float).eps
@@ -258,8 +259,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("piece", [jet.PIECE, 1])
-@pytest.mark.parametrize("name", CASES)
+assert jet.PIECE == jet_of_lanes.PIECE
+WAYS = [*((name, jet.PIECE) for name in CASES), *sampled(((name, 1) for name in CASES), 4)]
+"""In one block, and cut into pieces."""
+
+
+@pytest.mark.parametrize(("name", "piece"), WAYS)
 def test_recurrence(name, piece, monkeypatch):
     """In one block and cut into pieces."""
     monkeypatch.setattr(jet.jet, "__defaults__", (piece,))
@@ -442,8 +447,7 @@ def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
 # --- eight motions at once -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("piece", [jet_of_lanes.PIECE, 1])
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(("name", "piece"), WAYS)
 def test_recurrence_of_eight(name, piece, monkeypatch):
     """Each motion has its own time, state and parameter; in one block and cut into pieces."""
     monkeypatch.setattr(jet_of_lanes.jet_of_lanes, "__defaults__", (piece,))

@@ -28,6 +28,7 @@ from freebody.motion.batch import job, lane_loop
 from freebody.motion.files import replacing as files
 from freebody.studies.blocks import run as run_of_blocks
 from freebody.studies.stores import memory, netcdf
+from sampled import sampled
 
 BALLS = {
     "initial": {"y": "h"}, "values": {"h": np.linspace(1, 2, 40)}, "samples": 2, "outputs": ["y", "modes"],
@@ -292,8 +293,10 @@ def default_handler() -> Any:
         signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.parametrize("presses", [1, 2])
-@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize(
+    ("moment", "presses"),
+    [*((moment, 1) for moment in MOMENTS), *sampled(((moment, 2) for moment in MOMENTS), 4)],
+)
 def test_ctrl_c_at_any_moment_keeps_what_is_done(tmp_path, monkeypatch, moment: str, presses: int) -> None:
     """In set-up it ends the call, with the file as it was; later the call gives what there is."""
     place, name, raises = MOMENTS[moment]
