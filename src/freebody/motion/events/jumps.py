@@ -133,7 +133,7 @@ def forget_sides(it: EventRun, start: float, until: float) -> None:
 
 @compiled
 def show_sides(it: EventRun) -> None:
-    """Write how far each law is from its switch into the functions that are watched, for which nothing is solved yet."""
+    """Write how far each law is from its switch into the functions that are watched: nothing is solved yet."""
     s, phase = SidedRun(it.sided), PhaseData(it.phase)
     phase.solved = 0
     for k in range(it.laws):

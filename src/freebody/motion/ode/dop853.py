@@ -17,9 +17,9 @@ A row of coefficients maps the number of a stage to its coefficient. A stage tha
 zero.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
-edition, Springer 1993, sections II.4 (control), II.5 (method) and the authors' program DOP853. Its dense output of order 7 takes three more stages. The one
-here takes none: at every x it satisfies the conditions of order up to 6, which leave one coefficient free, that of k_7.
-At the step lengths of the tolerances its error is that of order 7 (decision 300).
+edition, Springer 1993, sections II.4 (control), II.5 (method) and the authors' program DOP853. Their dense output of
+order 7 takes three more stages. The one here takes none: at every x it satisfies the conditions of all orders up to 6,
+which leave one coefficient free, that of k_7. At the lengths of steps its error is as small (decision 300).
 """
 
 from __future__ import annotations
