@@ -123,8 +123,9 @@ def forget_sides(it: EventRun, start: float, until: float) -> None:
 
 @compiled
 def show_sides(it: EventRun) -> None:
-    """Write how far each law is from its switch into the functions that are watched."""
+    """Write how far each law is from its switch into the functions that are watched: nothing is solved yet."""
     s, phase = SidedRun(it.sided), PhaseData(it.phase)
+    phase.solved = 0
     for k in range(it.laws):
         phase.sides[k], phase.bands[k], phase.idle[k] = s.sides[k], s.bands[k], s.idle[k]
 

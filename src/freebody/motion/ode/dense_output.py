@@ -171,7 +171,7 @@ class Path:
         """Return the states, shape (k, n), at ``times``, shape (k,), each between the start and the end of the run.
 
         Each state costs one step and is as accurate as the steps. With ``dense`` the states come from the dense output,
-        of order 7 for "dop853": less accurate, but faster if many times lie in one step.
+        of order 6 for "dop853": less accurate, but faster if many times lie in one step.
 
         Raises
         ------

@@ -27,7 +27,7 @@ class Method(NamedTuple):
     ``lift``          (run, lane, one): copies the step of a lane, except for its states, into the memory of one run;
                       for methods that take the steps of eight lanes at once
     ``alpha``, ``beta``, ``safety``, ``smallest``, ``greatest``    constants of the control
-    ``cost``, ``cost_dense``    evaluations of f in attempt and in densify; 0 for a method that counts its own
+    ``cost``          evaluations of f in attempt; 0 for a method that counts its own
     ``last_stage``, ``stable``  last stage, whose time is that of the end, of an explicit method, and the end of its
                       region of stability on the negative axis; 0 for a method that is not watched for stiffness
     ``single_step``   True if there is only one step. Its error is judged whatever its length, and states inside it come
@@ -53,7 +53,6 @@ class Method(NamedTuple):
     smallest: float = 1.0 / 3.0
     greatest: float = 6.0
     cost: int = 0
-    cost_dense: int = 0
     last_stage: int = 0
     stable: float = 0.0
     single_step: bool = False

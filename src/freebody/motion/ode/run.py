@@ -24,7 +24,7 @@ from ...native.records import (
 )
 from .layout import ORDERS
 
-STAGES = 16
+STAGES = 13
 """Number of rows for the rates at the stages of a step; an implicit method uses 0 and 12, at its start and its end."""
 
 # Event functions are evaluated between PARTS parts of a window of the step, and at one more point close to either end.
@@ -163,7 +163,7 @@ class Run(Record):
     y_new: Annotated[Row, "width"]
     error5: Annotated[Row, "width"]
     error3: Annotated[Row, "width"]
-    dense: Annotated[Rows, 7, "width"]
+    dense: Annotated[Rows, 6, "width"]
     point: Annotated[Row, "width"]
     end: Annotated[Row, "width"]
     search: Search

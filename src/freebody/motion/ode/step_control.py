@@ -314,7 +314,6 @@ def follow_events(run: Run) -> int:
             method.densify(run)
         if method.expect is not None:
             method.expect(run, run.h)
-        run.evaluated += method.cost_dense
         search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):

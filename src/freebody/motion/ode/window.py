@@ -62,9 +62,9 @@ def few_parts(run: Run) -> int:
     """
     search, table, result = run.search, run.search.table, PARTS
     forget(run)
+    fill(run, PARTS + 2)  # the state whose rates were the last that were asked for
     fill(run, 1)
     fill(run, PARTS + 1)
-    fill(run, PARTS + 2)
     for level in unrolled(2):
         if result == PARTS:
             for k in unrolled(1, FEWEST[level]):

@@ -32,7 +32,8 @@ def touched(contacts: Integers, count: int, t: float, y: Reals, phase: PhaseData
 
 @inlined
 def closed_touched(t: float, y: Reals, phase: PhaseData) -> None:
-    """Call the kernels of the closed contacts."""
+    """Call the kernels of the closed contacts: what is solved is no longer that of the last state."""
+    phase.solved = 0
     touched(phase.closed, phase.closed_count, t, y, phase)
 
 

@@ -6,7 +6,7 @@ from ...native.instructions import Reals, compiled, greater, lesser, root
 from ..kernels import contact_quantities as quantities
 from ..kernels.switching import gauge
 from . import laws
-from .bearings import solve
+from .bearings import solve_once
 from .closed_contacts import gamma_of
 from .contact_outputs import (
     adhesion_of,
@@ -126,7 +126,7 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
     if phase.expressions > 0 and phase.asked == 0:
         phase.values(t, y, phase.values_c, out)
     if phase.conditions > phase.own or phase.held_count > 0:
-        solve(t, y, phase)
+        solve_once(t, y, phase)
         size = laws.ROUNDED * parts_of_forces(phase)
     gaps_found(t, y, phase)
     if phase.compliant_count > 0 or phase.asked > 0:

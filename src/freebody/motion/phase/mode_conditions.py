@@ -38,7 +38,7 @@ def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integer
     ``active``    the independent ones among the ``count`` conditions of contacts that are; those of the machine are so
     ``dead``      1 for each contact that the others hold in place: the end of its mode is not watched
     """
-    own = phase.own
+    own, phase.solved = phase.own, 0
     for i in range(own):
         set_condition(phase, i, -1 - i, 0, laws.NO_SLIP)
     at, slipping, normal = own, 0, -1

@@ -84,6 +84,9 @@ def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
         power += out[n_q + n]
     out[n_q + n] = power - heat
     out[n_q + n + 1] = heat
+    phase.solved, phase.solved_t = good, t
+    for i in range(n_q + n):
+        phase.solved_y[i] = y[i]
 
 
 @compiled

@@ -91,6 +91,8 @@ class PhaseData(Record):
     ``step``, ``spare``         numbers for each speed
     ``base``, ``beside``, ``slowest``    rates at a state, a state beside it, and the least speed of a slip in space
                                 (`phase_kernels.tangent`);  ``stopped``: that at which such a slip ends
+                                (`phase_kernels.tangent`)
+    ``solved``                  1 if the last state asked for is that of the rates at ``solved_t`` and ``solved_y``
     ``state``                   q and u; ``udot``, ``force`` and ``multiplier`` of all conditions of the machine follow
     """
 
@@ -214,6 +216,9 @@ class PhaseData(Record):
     beside: Annotated[Row, "of_y"]
     slowest: Real
     stopped: Real
+    solved: Whole
+    solved_t: Real
+    solved_y: Annotated[Row, "of_y"]
     state: Annotated[Row, "extended_state"]
     udot: Row
     force: Row

@@ -38,8 +38,8 @@ def test_frames_of_steps_come_from_the_dense_output():
     assert (
         live.frames == 401 and times[0] == 0 and times[-1] == motion.path.end and (np.diff(times) > 0).all()
     )
-    # the dense output has order 7: its error is that of the steps, 1e-10, to the power 7/8
-    assert difference(states, motion.path.sample(times.copy())) < 1e-10 ** (7 / 8)
+    # the dense output has order 6: its error is that of the steps, 1e-10, to the power 6/8
+    assert difference(states, motion.path.sample(times.copy())) < 1e-10 ** (6 / 8)
 
 
 def test_the_start_follows_its_parameters_until_it_is_given():

@@ -197,6 +197,40 @@ def test_constants_share_no_memory():
     assert rates(program.constants(p)) == pytest.approx(wanted, abs=0, rel=0)
 
 
+def test_endings_after_the_rates_at_a_state_are_those_of_that_state():
+    """They take what the rates have solved, once, and not if the state is another or the kernels were asked since."""
+    kernels = kernels_of(tumbling_box())
+    scene, model = scene_of(kernels), kernels.model
+    p = kernels.parameters(kernels.values(None))
+    modes = "stick", "slip", "open", "open", "open"
+    program = scene.phase(modes).whole(())
+    y = np.concatenate([[0.1, 0.2, 0.3, 0.6, 0.0, 0.8, 0.0, 0.4], np.linspace(1, 2, model.n_u), [0.0, 0.0]])
+    other = y.copy()
+    other[model.n_q] += 1e-3
+
+    def call(name, y, c):
+        return outputs_at(program.address(name), program.outputs(name), 0.0, y, c)
+
+    def fresh(name, y):
+        return call(name, y, program.constants(p))
+
+    wanted = fresh("watched", y)
+    c = program.constants(p)
+    call("rates", y, c)
+    assert (call("watched", y, c) == wanted).all()
+    call("rates", y, c)
+    assert (call("watched", other, c) == fresh("watched", other)).all() and (
+        fresh("watched", other) != wanted
+    ).any()
+    call("rates", y, c)
+    call("projection", other, c)
+    assert (call("watched", y, c) == wanted).all()
+    call("rates", y, c)
+    assert (call("watched", y, c) == wanted).all()
+    program.set_parameters(c, 2 * p)  # the look at the state is over
+    assert (call("watched", y, c) == call("watched", y, program.constants(2 * p))).all()
+
+
 def test_the_limit_of_friction_is_a_force_of_fixed_direction():
     s = tumbling_box()
     kernels = kernels_of(s)
