@@ -242,6 +242,25 @@ def test_friction_that_vanishes_is_refused():
     assert caught.value.trajectory["x"][-1] == pytest.approx(0.2, abs=1e-6)
 
 
+@pytest.mark.parametrize("space", [False, True])
+@pytest.mark.parametrize("speed", [0, 1])
+def test_friction_that_vanishes_is_refused_where_a_ball_rests_or_rolls_and_needs_none(space, speed):
+    s = fb.System("ball")
+    s.gravity = (0, 0, -9.81) if space else (0, -9.81, 0)
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    if space:
+        s.free("f", s.ground, ball)
+        start = {"f_z": 0.1, "f_vx": speed, "f_wy": 10 * speed}
+    else:
+        s.planar("plane", s.ground, ball, coordinate="x y turn")
+        start = {"y": 0.1, "x'": speed, "turn'": -10 * speed}
+    s.contact("floor", ball.sphere(0.1), s.ground.plane(normal="z" if space else "y"), friction="0.3 - t")
+    with pytest.raises(SimulationError, match="just after t = 0.3 s.* 'floor' falls to 0 there") as caught:
+        fb.simulate(s, 1, initial=start)
+    assert caught.value.trajectory.t[-1] == pytest.approx(0.3, abs=1e-9)
+    assert fb.simulate(s, 0.25, initial=start).status == "finished"
+
+
 def test_a_motion_that_ends_by_a_load_blames_no_friction():
     s = block(0)
     s.generalized_force("x", "sqrt(0.5 - x)")

@@ -139,7 +139,7 @@ def in_modes(model: Model, modes: Any) -> Model:
             raise ModelError(
                 f"Unknown contact '{name}' in modes; {nearest(str(name), sorted(names))}"
                 if names
-                else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
+                else f"Unknown contact '{name}' in modes: {_none(model)} Declare one by s.contact."
             )
     closed: dict[str, Any] = {}
     given: dict[str, Load] = {}
@@ -172,6 +172,13 @@ def in_modes(model: Model, modes: Any) -> Model:
         loads={**model.loads, **given},
         parameters=(*model.parameters, *pressures(model, given)),
     )
+
+
+def _none(model: Model) -> str:
+    """Return the sentence about a machine without contacts by `s.contact`."""
+    if model.families:
+        return f"the contacts of the family '{model.families[0].name}' are those of a motion, and have no equations."
+    return "this machine has no contacts."
 
 
 def pressures(model: Model, given: Mapping[str, Load]) -> list[Parameter]:

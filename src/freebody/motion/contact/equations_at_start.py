@@ -85,9 +85,11 @@ def equations(
         return Equations(in_modes(model, found), form, why)
     given = (("initial", initial), ("near", near), ("values", values))
     if named := [f"{name}=" for name, value in given if value is not None]:
-        why = (
-            "modes= says what the contacts do" if modes is not None else "without contacts no start is needed"
-        )
+        why = "without contacts no start is needed"
+        if modes is not None:
+            why = "modes= says what the contacts do"
+        elif model.families:
+            why = f"the contacts of the family '{model.families[0].name}' are those of a motion, and have no equations"
         raise ModelError(f"Expected no {', '.join(named)} for equations: {why}. Leave it out.")
     return Equations(model_in_modes(model, modes), form)
 

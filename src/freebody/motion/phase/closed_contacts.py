@@ -349,6 +349,11 @@ def balance(phase: PhaseData) -> int:
                     force_of(phase, r)[0] = x
                     r += 1
     moved(phase, w, phase.udot)
+    for closed in range(
+        phase.closed_count
+    ):  # what sticks without load needs no friction, and has none below 0
+        if static_friction_of(phase, phase.closed[closed]) < 0.0:
+            phase.udot[0] = NAN
     return good
 
 

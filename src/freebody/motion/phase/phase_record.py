@@ -91,7 +91,6 @@ class PhaseData(Record):
     ``step``, ``spare``         numbers for each speed
     ``base``, ``beside``, ``slowest``    rates at a state, a state beside it, and the least speed of a slip in space
                                 (`phase_kernels.tangent`);  ``stopped``: that at which such a slip ends
-                                (`phase_kernels.tangent`)
     ``solved``                  1 if the last state asked for is that of the rates at ``solved_t`` and ``solved_y``
     ``state``                   q and u; ``udot``, ``force`` and ``multiplier`` of all conditions of the machine follow
     """

@@ -36,6 +36,7 @@ from ..trajectory.quantities import ByName, Energy
 from .intervals import Intervals
 from .mean_motion import mean_motion, middle_of
 from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
+from .rebounds import rebounds
 from .stepped_kernels import bodies_in_families, gaps, laws_of_friction, mean_reactions, stepping
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
@@ -321,7 +322,12 @@ class InSteps:
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return a warning if the steps have made more energy than the machine had, and for turns too far."""
-        return (*self._made, *self._turned)
+        return (*self._made, *self._turned, *self._rebounds)
+
+    @cached_property
+    def _rebounds(self) -> tuple[MotionWarning, ...]:
+        """Warnings for compliant contacts that give back what they did not take."""
+        return rebounds(self)
 
     @cached_property
     def _turned(self) -> tuple[MotionWarning, ...]:

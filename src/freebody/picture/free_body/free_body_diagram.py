@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...describe.body import Body
 from ...describe.system import System
-from ...errors import ModelError, nearest
+from ...errors import ModelError, TooManyTermsError, nearest
 from ...model.model import Model
 from ...motion.trajectory.trajectory import Trajectory
 from ...symbolic.equations import Equations
@@ -57,6 +57,11 @@ CROWDED, CLOSE = 10, 15.0
 LARGER = 4 / 3
 """Size of such a body, relative to the others."""
 
+CURE = (
+    "A diagram has no room for them. Take the forces as numbers, motion.contacts and motion.reactions of a motion, or "
+    "see them on its bodies: fb.report(s, motion, 'page.html')."
+)
+"""Cure for expressions that are too long for a diagram."""
 LINE = 64
 """Most characters in a line of text below a diagram."""
 
@@ -193,8 +198,11 @@ def _marks_of(
     """Arrows of the free-body diagram and of the kinetic diagram of a body."""
     if mode == "blank":
         return [], []
-    free = e.free_body(name)
-    return marks.of(free), marks.kinetic(free) if kinetic else []
+    try:
+        free = e.free_body(name)
+        return marks.of(free), marks.kinetic(free) if kinetic else []
+    except TooManyTermsError as error:
+        raise TooManyTermsError(error.reason, CURE) from None
 
 
 class _Maker:

@@ -117,17 +117,31 @@ def equations_at(
         raise ModelError(f"Expected no modes= with {owner}, whose contacts have theirs, got {modes!r}.")
     if isinstance(system, Equations):
         return system
-    if trajectory is None or not trajectory.kernels.model.contacts:
+    if trajectory is None or not (trajectory.kernels.model.contacts or trajectory.kernels.model.families):
         return equations(system, modes=modes)
     if not hasattr(trajectory.path, "segments"):
+        other = "" if trajectory.kernels.model.families else ", or draw with modes="
         raise SimulationError(
             f"A motion of '{trajectory.name}' by method='timestepping' has means over steps and no forces of a moment, "
-            "so that no free-body diagram can be drawn of one. Simulate with method='auto', or draw with modes=."
+            f"so that no free-body diagram can be drawn of one. Simulate with method='auto'{other}."
         )
     t = _moment(trajectory, at)
     changes = [change for change in trajectory.modes if change.start <= t]
     # the model that moved has a contact for each pair of a family
     return equations(trajectory.kernels.model, modes={change.contact: change.mode for change in changes})
+
+
+def of_the_motion(system: Any, trajectory: Any, e: Equations) -> Equations:
+    """Return the equations of the model that moved, if it differs: it has a contact for each pair of a family."""
+    moved = None if trajectory is None else trajectory.kernels.model
+    if (
+        moved is None
+        or isinstance(system, Equations)
+        or not e.model.families
+        or moved.names is not e.model.names
+    ):
+        return e
+    return equations(moved, modes={})
 
 
 def modes_drawn(
@@ -141,7 +155,13 @@ def modes_drawn(
     model = assembled(system)
     if not model.contacts:
         if initial is not None:
-            raise ModelError(f"Expected no initial= for '{model.name}', which has no contacts. Leave it out.")
+            why = (
+                f"whose contacts of the family '{model.families[0].name}' are those of a motion. Give it and its time, "
+                "trajectory=, at=."
+                if model.families
+                else "which has no contacts. Leave it out."
+            )
+            raise ModelError(f"Expected no initial= for '{model.name}', {why}")
         return None, ""
     if initial is not None or at is None:
         modes, reason = modes_at_start(system, initial, near, values)

@@ -21,7 +21,7 @@ from ..paper.palette import GREY, INK, legible
 from ..paper.placing import inside, sampled
 from ..paper.sheet import Group, Label, Line, Sheet, Style
 from ..paper.view import view_of
-from .configuration import configuration, equations_at
+from .configuration import configuration, equations_at, of_the_motion
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, impulses, loads, springs
 from .draw_gears import gears, solids_with_teeth
@@ -109,7 +109,7 @@ def draw(
     >>> fb.draw(s, at={"theta": "30deg"}).svg.count('data-joint="pin"')
     1
     """
-    e = equations_at(system, None, None, modes)
+    e = of_the_motion(system, trajectory, equations_at(system, None, None, modes))
     now = configuration(e.model, at, trajectory=trajectory, values=values, near=near)
     view = view_of(e.model, e, now.values, axonometric)
     maker = Machine(e, now, view)

@@ -290,7 +290,7 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
             pieces.append(rod(near.middle, point, ROD * size))
     for point in _distinct(_feet(model, state, name), size):
         if not any(holds(piece, point, 0.02 * size) for piece in solid):
-            ends = [_nearest(piece, point) for piece in solid]
+            ends = [_nearest(piece, point, size) for piece in solid]
             pieces.append(rod(min(ends, key=lambda q: float(np.linalg.norm(q - point))), point, ROD * size))
     return pieces
 
@@ -308,11 +308,10 @@ def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
     return rods
 
 
-def _nearest(piece: Primitive, point: Array) -> Array:
-    """Point of the box of a piece that is nearest to a point."""
-    return np.asarray(
-        piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), *piece.box())
-    )
+def _nearest(piece: Primitive, point: Array, size: float) -> Array:
+    """Point of the box of a piece that is nearest to a point; its middle for a point in the box of a round piece."""
+    end = piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), *piece.box())
+    return piece.middle if float(np.linalg.norm(end - point)) < 1e-9 * size else np.asarray(end)
 
 
 def _feet(model: Model, state: State, body: str) -> list[Array]:

@@ -66,7 +66,10 @@ class CanonicalModel:
 
     @property
     def heading(self) -> list[str]:
-        """Line that names the modes of the contacts; no line if the user gave them."""
+        """Line that names the modes of the contacts; no line if the user gave them. Families have one of their own."""
+        if self.model.families:
+            names = " and ".join(f"'{family.name}'" for family in self.model.families)
+            return [f"Contacts of the family {names}: left out, since only a motion has them"]
         if not self.chosen:
             return []
         return [f"Contacts: {modes_in_words(self.model)} ({self.chosen})"]

@@ -28,6 +28,12 @@ def check_modes_are_chosen(model: Model, question: str) -> None:
     ModelError
         With the call that chooses the modes.
     """
+    if model.families:
+        raise ModelError(
+            f"Expected contacts by s.contact for {question}, got the family '{model.families[0].name}' of "
+            f"'{model.name}', whose contacts are those of a motion. Describe those that are closed by s.contact, or "
+            "leave the family out."
+        )
     if not model.contacts or any(
         isinstance(x, Touching | Sliding | Pressing)
         for x in (*model.constraints.values(), *model.loads.values())

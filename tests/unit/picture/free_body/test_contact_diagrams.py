@@ -23,7 +23,7 @@ from contact_machines import (
     sliding_body,
 )
 from freebody.cli import command
-from freebody.errors import ModelError, SimulationError
+from freebody.errors import ModelError, SimulationError, TooManyTermsError
 from freebody.gallery import entries
 from freebody.picture.free_body.free_body_diagram import free_body_diagram
 from freebody.picture.machine.draw import draw
@@ -281,3 +281,59 @@ def test_diagrams_at_a_time_have_the_inputs_of_controllers_then():
     motion = fb.simulate(s, 1)
     drawn = [fb.free_body_diagram(s, "cart", trajectory=motion, at=t).svg for t in (0.2, 0.8)]
     assert "= 1 N" in drawn[0] and "= 2 N" in drawn[1]
+
+
+def boxes() -> fb.System:
+    """Two boxes that touch each other and a floor as a family."""
+    s = fb.System("stack")
+    s.gravity = (0, 0, -9.81)
+    bodies = [s.body(f"box{k}", fb.box(2, (0.3, 0.2, 0.1))) for k in range(2)]
+    for k, body in enumerate(bodies):
+        s.free(f"f{k}", s.ground, body)
+    s.contacts(
+        "stack", [*(body.box((0.3, 0.2, 0.1)) for body in bodies), s.ground.plane(normal="z")], friction=0.4
+    )
+    return s
+
+
+PILE = {"f0_z": 0.05, "f1_z": 0.15, "f1_x": 0.05, "f1_vx": 0.3}
+
+
+def test_a_patch_is_drawn_at_its_time_and_has_no_diagram():
+    s = boxes()
+    motion = fb.simulate(s, 0.02, initial=PILE)
+    root = ElementTree.fromstring(draw(s, trajectory=motion, at=0.01).svg)
+    touching = [g.get("data-contact") for g in root.iter(f"{SVG}g") if g.get("class") == "contact"]
+    closed = [name for name, one in motion.contacts.items() if one.mode[-1] != "open" and name[-1] != "]"]
+    assert sorted(touching) == sorted(closed) and len(closed) == 8
+    with pytest.raises(TooManyTermsError) as caught:
+        free_body_diagram(s, "box1", trajectory=motion, at=0.01)
+    assert str(caught.value).endswith(
+        "A diagram has no room for them. Take the forces as numbers, motion.contacts and motion.reactions of a motion, "
+        "or see them on its bodies: fb.report(s, motion, 'page.html')."
+    )
+
+
+def test_what_a_family_has_no_equations_for_is_said():
+    s = boxes()
+    assert (
+        fb.equations(s)
+        .text()
+        .startswith("Contacts of the family 'stack': left out, since only a motion has them\n")
+    )
+    motion = fb.simulate(s, 0.02, initial=PILE, method="timestepping", step=1e-3)
+    refusals = {
+        "Simulate with method='auto'.": lambda: free_body_diagram(s, "box1", trajectory=motion, at=0.01),
+        "Give it and its time, trajectory=, at=.": lambda: free_body_diagram(s, "box1", initial=PILE),
+        "the contacts of the family 'stack' are those of a motion, and have no equations. Leave it out.": lambda: (
+            fb.equations(s, initial=PILE)
+        ),
+        "and have no equations. Declare one by s.contact.": lambda: fb.equations(
+            s, modes={"stack[box0,box1]": "stick"}
+        ),
+        "Describe those that are closed by s.contact, or leave the family out.": lambda: fb.linearize(s),
+    }
+    for end, ask in refusals.items():
+        with pytest.raises((ModelError, SimulationError)) as caught:
+            ask()
+        assert str(caught.value).endswith(end)

@@ -463,3 +463,18 @@ def test_a_tin_is_drawn_along_its_axis_and_across():
         s.planar("f", s.ground, body, coordinate="x y turn")
         s.contact("t", body.corners(size=(0.1, 0.1)), s.ground.drum(0.2, 0.6, axis=axis, inside=True))
         assert draw(s).svg.count('class="plane"') == count
+
+
+@pytest.mark.parametrize("solid", ["hull", "drum"])
+def test_feet_in_the_box_of_a_round_body_are_held_from_its_middle(solid):
+    s = fb.System("ball with feet")
+    s.gravity = (0, 0, -9.81)
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    s.free("f", s.ground, ball)
+    shape = (
+        ball.drum(0.1, 0.1)
+        if solid == "drum"
+        else ball.hull((0, 0, -0.1), (0.1, 0, 0.1), (-0.1, 0.1, 0.1), (-0.1, -0.1, 0.1))
+    )
+    s.contact("floor", shape, s.ground.plane(normal="z"))
+    assert 'data-body="ball"' in fb.draw(s, at={"f_z": 0.2}).svg
