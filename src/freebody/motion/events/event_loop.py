@@ -40,6 +40,7 @@ from .setting import find_flights, lift, project, set_bands, set_up, shortest_fl
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
 from .speeds import (
+    cannot_rest,
     decided_by_speeds,
     end_of_phase,
     hold,
@@ -223,6 +224,9 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         return event_run.OPEN_FORCES
     longest, end = event_run.LONGEST, it.target
     if it.holding == event_run.AT_REST:
+        if cannot_rest(it) != 0:
+            it.holding, it.stage = 0, event_run.DECIDE
+            return RUNNING
         watch_cones(it)
     if it.resting != 0:
         end = end_of_phase(it)
@@ -249,7 +253,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
-        it.stage = event_run.DECIDE if it.resting == 0 and turned_over(it) != 0 else it.stage
+        it.stage = event_run.DECIDE if turned_over(it) != 0 else it.stage
         set_up(it, contacts)
     return RUNNING
 

@@ -150,7 +150,8 @@ class EventRun(Record):
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
                                   load at the last decision;  ``unstruck``: forces of these joints without an impact;
-                                  ``blown``: impulses of a blow on them
+                                  ``blown``: impulses of a blow on them;
+                                  ``bounds``: memory of the search for their loads in an impact (`broyden`)
     ``rings``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their number, the
                                   first point of each, and the place of its cosine and sine in the parameters
     ``hoisted``                   parameters, with these angles, and the constants that follow them (`kernels.hoisted`)
@@ -236,6 +237,7 @@ class EventRun(Record):
     load: Annotated[Row, "contacts"]
     unstruck: Annotated[Row, "of_bearings"]
     blown: Annotated[Row, "of_bearings"]
+    bounds: Annotated[Row, "of_bounds"]
     rings: Count
     ring_first: Annotated[Wholes, "rings"]
     ring_at: Annotated[Wholes, "rings"]
@@ -387,6 +389,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
         seen_size=seen,
         bounce_flags=BOUNCES * E,
         of_bearings=LOADED * len(scene.loaded),
+        of_bounds=2 * len(scene.loaded) * (5 + 2 * len(scene.loaded)),
     )
     at = 0
     for name, size in (
