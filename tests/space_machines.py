@@ -39,6 +39,7 @@ class Machine:
     values: dict[str, float] = field(default_factory=dict)
     kinetic: dict[str, Callable[[Any], tuple[Any, Any]]] = field(default_factory=dict)
     steps: bool = True
+    impact: str = ""
 
     def draw(self, name: str, low: float, high: float) -> Any:
         """Return a parameter with a random value."""
@@ -77,10 +78,9 @@ class Machine:
             self.draw(f"k_{name}", 1e4, 1e5), self.draw(f"c_{name}", 0.1, 1)
             law["normal"] = str(self.rng.choice(SOFT)).format(name)
         elif self.chance(0.4):
-            law |= {
-                "restitution": self.draw(f"e_{name}", 0, 0.7),
-                "impact": str(self.rng.choice(["newton", "newton", "poisson"])),
-            }
+            e, impact = self.draw(f"e_{name}", 0, 0.7), str(self.rng.choice(["newton", "newton", "poisson"]))
+            self.impact = self.impact or impact  # contacts that collide at once have one law
+            law |= {"restitution": e, "impact": self.impact}
             self.steps &= law["impact"] == "newton"
         self.system.contact(name, shape, surface, **law)
 
@@ -121,7 +121,7 @@ def pendulums(m: Machine) -> None:
             if m.chance(0.7):
                 s.friction(f"dry{i}", joint, torque=m.draw(f"T{i}", 0.02, 0.3))
             if m.chance(0.3):
-                s.stop(f"stop{i}", joint, high=m.draw(f"h{i}", 0.6, 1.2))
+                s.stop(f"stop{i}", joint, high=m.draw(f"h{i}", 1.45, 2))
             m.start |= {f"b{i}_w{x}": float(4 * m.rng.normal()) for x in "xyz"}
             m.start[f"b{i}"] = (float(np.cos(turn / 2)), 0, float(np.sin(turn / 2)), 0)
         else:
@@ -334,6 +334,7 @@ def machine(kind: str, seed: int) -> Machine:
     """Return the machine of a kind and seed."""
     system = fb.System(f"{kind} {seed}")
     system.gravity = (0, 0, -G)
-    made = Machine(system, np.random.default_rng([17, list(KINDS).index(kind), seed]))
+    rng = np.random.default_rng([17, list(KINDS).index(kind), seed])
+    made = Machine(system, rng)
     KINDS[kind](made)
     return made

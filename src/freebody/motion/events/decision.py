@@ -11,15 +11,15 @@ A law may hold with equality, such as |T| = μ_s N. Then its end is the event, o
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, root, run_by
+from ..cones.broyden import TURNS, begin, take
 from ..cones.combinations import combinations, motions, shares_move, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
 from . import event_run
-from .broyden import TURNS, begin, take
 from .event_run import EventRun
-from .loads import borne, set_loads
+from .impacts.loads import borne, set_loads
 from .moment import largest, pull, size_of
 from .problem import gather, is_unloaded
 from .setting import depends, listed
@@ -73,11 +73,24 @@ def parted_modes(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def loaded_modes(it: EventRun, contacts: Contacts) -> int:
-    """Set modes as `solved_modes` does, under loads of joints that are those of their forces (`broyden`)."""
+    """Set modes as `solved_modes` does, under loads of joints that are those of their forces (`broyden`).
+
+    Where static friction is the greater one, loads jump as a slip begins: a contact may stick under the loads of its
+    slip, and slip under those of its stick. It does not stick then, and those that have begun to slip go on.
+    """
+    for k in range(it.contacts):
+        it.let_go[k] = 0
     if it.loads == 0:
         return solved_modes(it, contacts)
     if it.ready == 0:
         return event_run.ASK_KERNELS
+    why = agreed_modes(it, contacts, 0)
+    return agreed_modes(it, contacts, 1) if why == event_run.JAMMED else why
+
+
+@compiled
+def agreed_modes(it: EventRun, contacts: Contacts, slips_on: int) -> int:
+    """Set modes under loads that agree; with ``slips_on`` 1 what begins to slip under any of them does under all."""
     begin(it.bounds, it.loads)
     j, last = 0, 1.0
     for k in range(it.contacts):
@@ -86,6 +99,8 @@ def loaded_modes(it: EventRun, contacts: Contacts) -> int:
             j += 1
     for _ in range(TURNS):
         set_loads(it)
+        for k in range(it.contacts):
+            it.let_go[k] *= slips_on
         why = solved_modes(it, contacts)
         if why != 0:
             return why
@@ -125,7 +140,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
         return 0
     gather(it, contacts, 0, 1.0)
     for i in range(it.count):
-        if it.ends[it.chosen[i]] == event_run.CONE_REACHED:
+        if it.ends[it.chosen[i]] == event_run.CONE_REACHED or it.let_go[it.chosen[i]] != 0:
             contacts.static[i] = contacts.friction[i]
     rank = factor(contacts.A, contacts.rows, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
     few = 0
@@ -144,7 +159,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
                 contacts.residual = 0.0
             elif few > 0 or not contacts.residual <= NEAR:
                 return event_run.NO_MOTION
-        again = released(contacts)
+        again = released(it, contacts)
     name(it, contacts)
     if it.ready != 0 and share(it, contacts) != 0:
         name(it, contacts)
@@ -152,7 +167,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def released(contacts: Contacts) -> int:
+def released(it: EventRun, contacts: Contacts) -> int:
     """Give slips that begin the kinetic friction; return 1 if any has static friction yet, else 0."""
     found = 0
     for i in range(contacts.contacts):
@@ -162,6 +177,7 @@ def released(contacts: Contacts) -> int:
             and contacts.static[i] > contacts.friction[i]
         ):
             contacts.static[i], found = contacts.friction[i], 1
+            it.let_go[it.chosen[i]] = 1
     return found
 
 

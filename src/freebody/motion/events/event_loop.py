@@ -21,6 +21,7 @@ from .decision import decide
 from .event_run import EventRun
 from .impacts.bounces import end_rest, limited, unseen
 from .impacts.impacts import collide
+from .impacts.loads import keep_loads
 from .impacts.rests import end_slow_slips, take_approach, take_away
 from .jumps import (
     arrived,
@@ -40,12 +41,12 @@ from .setting import find_flights, lift, project, set_bands, set_up, shortest_fl
 from .shares import forces_decide, forces_decided
 from .slips import UPSET, begin_slip, fades, fading, halt, turn_back, turned_over
 from .speeds import (
-    cannot_rest,
     decided_by_speeds,
     end_of_phase,
     hold,
     keep_start,
     pass_dead_centre,
+    rest_given_up,
     watch_cones,
 )
 from .ties import begin_to_leave
@@ -210,7 +211,7 @@ def settle(it: EventRun, contacts: Contacts) -> int:
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
     set_up(it, contacts)
-    if settle(it, contacts) != 0:
+    if settle(it, contacts) != 0 or rest_given_up(it) != 0:
         return RUNNING
     if it.holding == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
@@ -224,9 +225,6 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         return event_run.OPEN_FORCES
     longest, end = event_run.LONGEST, it.target
     if it.holding == event_run.AT_REST:
-        if cannot_rest(it) != 0:
-            it.holding, it.stage = 0, event_run.DECIDE
-            return RUNNING
         watch_cones(it)
     if it.resting != 0:
         end = end_of_phase(it)
@@ -379,6 +377,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     wrong = depth(it, status)
     if wrong != 0:
         return wrong
+    keep_loads(it)
     if parted(it) != 0:
         why = pass_dead_centre(it, contacts)
         return why if why != 0 else RUNNING

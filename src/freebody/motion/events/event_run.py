@@ -183,6 +183,7 @@ class EventRun(Record):
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
     ``met``, ``met_at``           contacts closed at a moment so far
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
+    ``let_go``                    contacts that have begun to slip under loads of the search for those that agree
     ``tied``, ``ties``            contacts of which a law holds with equality, and their number
     ``ends``                      which of these laws ends: a reason
     ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
@@ -330,6 +331,7 @@ class EventRun(Record):
     taking: Annotated[Wholes, "contacts"]
     ends: Annotated[Wholes, "contacts"]
     tied: Annotated[Wholes, "contacts"]
+    let_go: Annotated[Wholes, "contacts"]
     ties: Whole
     ready: Whole
     reason: Annotated[Wholes, "contacts"]

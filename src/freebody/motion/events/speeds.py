@@ -114,6 +114,8 @@ def look_halfway(it: EventRun, length: float) -> None:
     it.looked(it.t + length / 2.0, state, it.looking, it.seen)
     copy(it.speeds, it.rate, it.rows)
     for k in range(it.contacts):
+        if it.loaded[k] != 0:
+            it.given[k] = it.load[k]
         if it.adhering[k] != 0:
             it.adhering[k] = 0
             pull(it, k, 1)
@@ -383,9 +385,13 @@ def are_near_cones(it: EventRun, part: float, alone: int) -> int:
 
 
 @compiled
-def cannot_rest(it: EventRun) -> int:
-    """Return 1 if the forces that hold contacts at rest after a step of the speeds are given and too great, else 0.
+def rest_given_up(it: EventRun) -> int:
+    """Let accelerations decide where the forces of a rest after a step of the speeds are given and too great; return 1.
 
-    Beside a dead centre forces grow beyond all limits, and a step of 0.1 µs has less.
+    Beside a dead centre forces grow beyond all limits, which such a step of 0.1 µs does not show. Else return 0.
     """
-    return 1 if has_open_forces(it) == 0 and are_near_cones(it, -event_run.SMALL, 0) != 0 else 0
+    rests = it.holding == event_run.AT_REST and has_open_forces(it) == 0
+    if not (rests and are_near_cones(it, -event_run.SMALL, 0) != 0):
+        return 0
+    it.holding, it.stage = 0, event_run.DECIDE
+    return 1

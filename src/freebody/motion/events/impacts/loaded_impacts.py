@@ -4,20 +4,20 @@
 
 with the impulses F of the reactions of the joint, which this friction changes. Newton's law has one P; Poisson's has
 one of compression and one of expansion. Each pass solves for the impulses at P and takes the right side from their
-reactions, as those between impacts do (`phase.bearings`). The reactions of a blow are ``blown``, and the friction acts with it.
+reactions (`cones.broyden`). The reactions of a blow are ``blown``, and the friction acts with it.
 """
 
 from __future__ import annotations
 
 from ....native.instructions import compiled, greater, run_by
+from ...cones.broyden import TURNS, begin, missed, take
 from ...cones.contacts import ACCEPTED, Contacts
 from ...phase.bearings import SAME, load_of
 from ...phase.phase_record import PhaseData
 from .. import event_run
-from ..broyden import TURNS, begin, missed, take
 from ..event_run import EventRun
-from ..loads import at_rest, bearings_of, respond
 from ..moment import append, largest
+from .loads import at_rest, bearings_of, respond
 
 NEAR = 1e-6
 """Relative difference at which loads may stay: open shares of impulses have the accuracy of the limit that they are."""

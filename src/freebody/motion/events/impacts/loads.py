@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater
-from ..phase.bearings import load_of, solve
-from ..phase.contact_outputs import row_taken
-from ..phase.phase_kernels import response
-from ..phase.phase_record import PhaseData
-from . import event_run
-from .broyden import missed
-from .event_run import EventRun
-from .moment import copy, largest
+import math
+
+from ....native.instructions import Reals, compiled, greater
+from ...cones.broyden import missed
+from ...phase.bearings import load_of, solve
+from ...phase.contact_outputs import row_taken
+from ...phase.phase_kernels import response
+from ...phase.phase_record import PhaseData
+from .. import event_run
+from ..event_run import EventRun
+from ..moment import copy, largest
 
 
 @compiled
@@ -80,3 +82,13 @@ def set_loads(it: EventRun) -> None:
         if it.loaded[k] != 0:
             it.given[k] = it.load[k] = it.bounds[j]
             j += 1
+
+
+@compiled
+def keep_loads(it: EventRun) -> None:
+    """Take the loads at the end of a phase: steps of the speeds follow it with these."""
+    if it.loads > 0:
+        it.forces(it.t, it.y, it.phase, it.speeds)
+    for k in range(it.contacts if it.loads > 0 else 0):
+        if it.loaded[k] != 0 and math.isfinite(it.speeds[it.first[k]]):
+            it.given[k] = it.load[k] = it.speeds[it.first[k]]
