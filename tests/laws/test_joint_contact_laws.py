@@ -172,3 +172,31 @@ def test_impacts_of_joints_under_load_are_the_limit_of_time_steps(seed):
         steps = fb.simulate(s, 0.15, initial=start, method="timestepping", step=h)
         errors.append(np.abs(steps.states[-1] - motion.states[-1, : steps.states.shape[1]]).max())
     assert errors[1] < 0.2 * errors[0] < 0.05
+
+
+def test_a_load_that_changes_by_more_than_its_friction_is_found():
+    """A leg that is dragged with its foot behind: friction of the hip takes more of the foot's force than it has of it.
+
+    P ← f(P) does not converge: f' < -1. The least solution is that which r = 0 leads to.
+    """
+    loads = []
+    for r in (0.05, 0.2, 0.3, 0.4, 0.5):
+        s = fb.System("leg")
+        s.gravity = (0, -9.81, 0)
+        cart, trunk = s.body("cart", fb.particle(0)), s.body("trunk", fb.particle(0.5))
+        s.slider("drive", s.ground, cart, axis="x", coordinate=-2 * s.t)
+        s.slider("lift", cart, trunk, axis="y", coordinate="y")
+        rod = s.body("rod", fb.slender_bar(1, 1, axis="y"))
+        hip = s.hinge("hip", trunk, rod, to=(0, 0.5, 0), axis="z", coordinate="theta")
+        s.friction("dry", hip, coefficient=0.5, radius=r)
+        s.contact("foot", rod.point(0, -0.5, 0), s.ground.plane(normal="y"), friction=1)
+        start = {"theta": -0.5, "theta'": 1, "y": np.cos(0.5), "y'": np.sin(0.5)}
+        motion = fb.simulate(s, 0.003, initial=start, samples=11)
+        dry, foot = motion.contacts["dry"], motion.contacts["foot"]
+        load = r * np.linalg.norm(motion.reactions["hip"].force, axis=1)
+        np.testing.assert_allclose(dry.normal, load, rtol=1e-12)
+        np.testing.assert_allclose(dry.tangential, -0.5 / np.sqrt(1.25) * load, rtol=1e-12)
+        assert (foot.mode == "slip-").all() and (foot.normal > 0).all()
+        assert motion.energy.relative_residual < 1e-9
+        loads.append(dry.normal[0])
+    assert (np.diff(loads) > 0).all()

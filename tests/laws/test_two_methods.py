@@ -1,32 +1,17 @@
 """Motions from event to event and in time steps are of the same laws: one is the limit of the other."""
 
-import numpy as np
 import pytest
 
 import freebody as fb
+from laws_of_contact import steps_come_to
 from mixed_scenes import legged_scene, mixed_scene, poisson_scene, varied_scene
-
-STEPS = (2e-3, 1e-3, 5e-4)
-SCATTER = 5.0
-"""By how much more than the results of three steps differ among themselves the last may differ from the limit.
-
-Of a method of first order it is once the difference of the last two; errors of impacts have any sign, and sizes up to
-h v.
-"""
 
 
 def compare(scene, seed, until=1.0):
     s, start, names = scene(seed)
     motion = fb.simulate(s, until, initial=start)
     assert motion.energy.relative_residual < 1e-7
-    limit = np.array([motion[name][-1] for name in names])
-    ends = []
-    for h in STEPS:
-        steps = fb.simulate(s, until, initial=start, method="timestepping", step=h)
-        ends.append(np.array([steps[name][-1] for name in names]))
-    scatter = max(np.abs(a - b).max() for a in ends for b in ends)
-    # a motion that all three have alike is off by round-off, h² and what events leave of slips
-    assert np.abs(ends[-1] - limit).max() <= SCATTER * scatter + STEPS[-1] ** 2, seed
+    assert steps_come_to(motion, s, start, names), seed
 
 
 @pytest.mark.parametrize("seed", range(4))

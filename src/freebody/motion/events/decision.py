@@ -10,20 +10,19 @@ A law may hold with equality, such as |T| = μ_s N. Then its end is the event, o
 
 from __future__ import annotations
 
-import math
-
 from ...native.instructions import compiled, greater, lesser, root, run_by
+from ..cones.broyden import TURNS, begin, take
 from ..cones.combinations import combinations, motions, shares_move, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
-from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
+from .impacts.loads import borne, set_loads
 from .moment import largest, pull, size_of
 from .problem import gather, is_unloaded
-from .setting import begins_slip, depends, listed, set_up
+from .setting import depends, listed
 from .shares import share
 from .ties import end_at_once
 
@@ -35,8 +34,8 @@ NEAR, AMPLIFIED = 1e-6, 100.0
 Contacts at the limit of friction that share forces are not solved for to round-off, since cone and slip both vanish.
 Loads of joints may stay that far from agreeing, where slips begin whose directions are those of small accelerations.
 """
-TURNS, AGREE = 50, 1e-13
-"""Number of decisions in search of loads that agree with their modes, and their relative difference then."""
+AGREE = 1e-13
+"""Relative difference of loads that agree with their modes."""
 
 
 # -- the solution and its modes --------------------------------------------------------------------------
@@ -74,54 +73,43 @@ def parted_modes(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def loaded_modes(it: EventRun, contacts: Contacts) -> int:
-    """Set modes as `solved_modes` does, with which the loads of joints agree that bound their friction.
+    """Set modes as `solved_modes` does, under loads of joints that are those of their forces (`broyden`).
 
-    The loads of a decision follow from the equations of its modes, and the next decision takes these.
+    Where static friction is the greater one, loads jump as a slip begins: a contact may stick under the loads of its
+    slip, and slip under those of its stick. It does not stick then, and those that have begun to slip go on.
     """
-    why, turn, last = solved_modes(it, contacts), 0, 1.0
-    while why == 0 and it.loads > 0:
-        if it.ready == 0:
-            return event_run.ASK_KERNELS
-        change = borne(it, contacts)
-        if 0.0 <= change <= AGREE or NEAR >= change >= last:
-            return 0
-        turn += 1
-        if change < 0.0 or turn > TURNS:
-            return event_run.JAMMED
-        last = change
-        why = solved_modes(it, contacts)
-    return why
+    for k in range(it.contacts):
+        it.let_go[k] = 0
+    if it.loads == 0:
+        return solved_modes(it, contacts)
+    if it.ready == 0:
+        return event_run.ASK_KERNELS
+    why = agreed_modes(it, contacts, 0)
+    return agreed_modes(it, contacts, 1) if why == event_run.JAMMED else why
 
 
 @compiled
-def borne(it: EventRun, contacts: Contacts) -> float:
-    """Set the loads of joints to those of the modes; return their greatest change, relative to the greatest load.
-
-    It is -1 if no loads agree with the friction that they bound. A slip in space that begins has no speed, and the
-    direction of the decision.
-    """
-    phase = PhaseData(it.phase)
-    for k in range(it.contacts):
-        if begins_slip(it, k) != 0:
-            it.mode[k] = laws.LIMIT
-    set_up(it, contacts)
-    for k in range(it.contacts):
-        if it.mode[k] == laws.LIMIT:  # there friction is that at rest
-            for j in range(2):
-                phase.direction[k, j] *= it.coefficients[4 * k + 3] / it.coefficients[4 * k + 1]
-    it.forces(it.t, it.y, it.phase, it.speeds)
-    for k in range(it.contacts):
-        if it.mode[k] == laws.LIMIT:
-            it.mode[k] = laws.SLIDE
-    change, most = 0.0, 0.0
+def agreed_modes(it: EventRun, contacts: Contacts, slips_on: int) -> int:
+    """Set modes under loads that agree; with ``slips_on`` 1 what begins to slip under any of them does under all."""
+    begin(it.bounds, it.loads)
+    j, last = 0, 1.0
     for k in range(it.contacts):
         if it.loaded[k] != 0:
-            load = it.speeds[it.first[k]]
-            if not math.isfinite(load):
-                return -1.0
-            change, most = greater(change, abs(load - it.given[k])), greater(most, load)
-            it.given[k] = it.load[k] = load
-    return change / most if most > 0.0 else 0.0
+            it.bounds[j] = it.load[k]
+            j += 1
+    for _ in range(TURNS):
+        set_loads(it)
+        for k in range(it.contacts):
+            it.let_go[k] *= slips_on
+        why = solved_modes(it, contacts)
+        if why != 0:
+            return why
+        change = borne(it)
+        if change <= AGREE or NEAR >= change >= last:
+            return 0
+        last = change
+        take(it.bounds, it.loads)
+    return event_run.JAMMED
 
 
 @compiled
@@ -152,7 +140,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
         return 0
     gather(it, contacts, 0, 1.0)
     for i in range(it.count):
-        if it.ends[it.chosen[i]] == event_run.CONE_REACHED:
+        if it.ends[it.chosen[i]] == event_run.CONE_REACHED or it.let_go[it.chosen[i]] != 0:
             contacts.static[i] = contacts.friction[i]
     rank = factor(contacts.A, contacts.rows, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
     few = 0
@@ -171,7 +159,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
                 contacts.residual = 0.0
             elif few > 0 or not contacts.residual <= NEAR:
                 return event_run.NO_MOTION
-        again = released(contacts)
+        again = released(it, contacts)
     name(it, contacts)
     if it.ready != 0 and share(it, contacts) != 0:
         name(it, contacts)
@@ -179,7 +167,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def released(contacts: Contacts) -> int:
+def released(it: EventRun, contacts: Contacts) -> int:
     """Give slips that begin the kinetic friction; return 1 if any has static friction yet, else 0."""
     found = 0
     for i in range(contacts.contacts):
@@ -189,6 +177,7 @@ def released(contacts: Contacts) -> int:
             and contacts.static[i] > contacts.friction[i]
         ):
             contacts.static[i], found = contacts.friction[i], 1
+            it.let_go[it.chosen[i]] = 1
     return found
 
 

@@ -21,6 +21,7 @@ from .decision import decide
 from .event_run import EventRun
 from .impacts.bounces import end_rest, limited, unseen
 from .impacts.impacts import collide
+from .impacts.loads import keep_loads
 from .impacts.rests import end_slow_slips, take_approach, take_away
 from .jumps import (
     arrived,
@@ -53,6 +54,7 @@ from .speeds import (
     hold,
     keep_start,
     pass_dead_centre,
+    rest_given_up,
     watch_cones,
 )
 from .ties import begin_to_leave
@@ -218,7 +220,7 @@ def settle(it: EventRun, contacts: Contacts) -> int:
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
     set_up(it, contacts)
-    if settle(it, contacts) != 0:
+    if settle(it, contacts) != 0 or rest_given_up(it) != 0:
         return RUNNING
     if it.holding == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
@@ -258,7 +260,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
-        it.stage = event_run.DECIDE if it.resting == 0 and turned_over(it) != 0 else it.stage
+        it.stage = event_run.DECIDE if turned_over(it) != 0 else it.stage
         set_up(it, contacts)
     return RUNNING
 
@@ -396,6 +398,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     wrong = depth(it, status)
     if wrong != 0:
         return wrong
+    keep_loads(it)
     if parted(it) != 0:
         why = pass_dead_centre(it, contacts)
         return why if why != 0 else RUNNING

@@ -151,7 +151,8 @@ class EventRun(Record):
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
                                   load at the last decision;  ``unstruck``: forces of these joints without an impact;
-                                  ``blown``: impulses of a blow on them
+                                  ``blown``: impulses of a blow on them;
+                                  ``bounds``: memory of the search for their loads in an impact (`broyden`)
     ``rings``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their number, the
                                   first point of each, and the place of its cosine and sine in the parameters
     ``hoisted``                   parameters, with these angles, and the constants that follow them (`kernels.hoisted`)
@@ -183,6 +184,7 @@ class EventRun(Record):
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
     ``met``, ``met_at``           contacts closed at a moment so far
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
+    ``let_go``                    contacts that have begun to slip under loads of the search for those that agree
     ``tied``, ``ties``            contacts of which a law holds with equality, and their number
     ``ends``                      which of these laws ends: a reason
     ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
@@ -237,6 +239,7 @@ class EventRun(Record):
     load: Annotated[Row, "contacts"]
     unstruck: Annotated[Row, "of_bearings"]
     blown: Annotated[Row, "of_bearings"]
+    bounds: Annotated[Row, "of_bounds"]
     rings: Count
     ring_first: Annotated[Wholes, "rings"]
     ring_at: Annotated[Wholes, "rings"]
@@ -327,6 +330,7 @@ class EventRun(Record):
     taking: Annotated[Wholes, "contacts"]
     ends: Annotated[Wholes, "contacts"]
     tied: Annotated[Wholes, "contacts"]
+    let_go: Annotated[Wholes, "contacts"]
     ties: Whole
     ready: Whole
     reason: Annotated[Wholes, "contacts"]
@@ -386,6 +390,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
         seen_size=seen,
         bounce_flags=BOUNCES * E,
         of_bearings=LOADED * len(scene.loaded),
+        of_bounds=2 * len(scene.loaded) * (5 + 2 * len(scene.loaded)),
     )
     at = 0
     for name, size in (

@@ -4,9 +4,9 @@ The friction of a slip is -μ P d, with P = r (|F_a| + |F_b|) of the reactions, 
 
     P = r (|F_a(P)| + |F_b(P)|)
 
-The forces are affine in P. Each pass solves for the motion at P and takes P from its reactions. Where the right side
-changes by less than P does, there is one solution, and the passes lead to it from P = 0 by Banach's theorem; where they
-do not come to it, the joint jams under its own friction (Painlevé).
+The forces are affine in P, so that the right side is convex. Newton's method from P = 0 comes to the least solution:
+that which friction has as its coefficient grows from zero. Where there is none, the joint jams under its own friction
+(Painlevé). Shares of open forces are no affine functions of P, and jump at zero: there each pass takes the right side.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from .contact_outputs import closed_touched, evaluated, extended, force_of
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
 
-PASSES = 2000
-"""Passes after which loads are not found: those that shrink by less than a fiftieth each."""
+TURNS, PASSES = 50, 2000
+"""Steps of Newton's method, and passes after which loads are not found: those that shrink by less than a fiftieth each.
+"""
 SAME, NEARLY = 4.0 * EPS, 1e-9
 """Changes of a load, relative to the greatest, that are round-off: at once, and if they do not shrink any more."""
 
@@ -36,18 +37,21 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
     for i in range(phase.n):
         phase.unloaded[i] = phase.free[i]
     for j in range(phase.loaded_count):
-        phase.pressure[phase.loaded[j]] = 0.0
+        phase.loads[j] = 0.0
     extended(y, phase)
-    last = 1.0
+    if loaded(t, phase) == 0:
+        return 0
+    last, change = 1.0, missed(phase)
+    if change > 0.0 and differ(t, phase) == 0:
+        return 0
     for _ in range(PASSES):
-        for i in range(phase.n):
-            phase.free[i] = phase.unloaded[i]
-        if balance(phase) == 0:
-            return 0
-        change = bear(t, phase)
         if change <= SAME or NEARLY >= change >= last:
             return 1
         last = change
+        newton(phase)
+        if loaded(t, phase) == 0:
+            return 0
+        change = missed(phase)
     for j in range(phase.loaded_count):  # it grows by its own friction
         force_of(phase, phase.loaded[j])[0] = NAN
     return 0
@@ -68,6 +72,18 @@ def solve_once(t: float, y: Reals, phase: PhaseData) -> None:
 
 
 @compiled
+def loaded(t: float, phase: PhaseData) -> int:
+    """Set the motion at ``loads``, and ``at_loads`` to its bearings; return 0 if it is not found, else 1."""
+    for i in range(phase.n):
+        phase.free[i] = phase.unloaded[i]
+    for j in range(phase.loaded_count):
+        phase.pressure[phase.loaded[j]] = phase.loads[j]
+    good = balance(phase)
+    phase.bearings(t, phase.state, phase.bearings_c, phase.at_loads)
+    return good
+
+
+@compiled
 def load_of(bearing: Reals, j: int) -> float:
     """Return r (|F_a| + |F_b|) of a joint."""
     F = bearing[7 * j :]
@@ -77,16 +93,97 @@ def load_of(bearing: Reals, j: int) -> float:
 
 
 @compiled
-def bear(t: float, phase: PhaseData) -> float:
-    """Set the loads to those of the present forces; return their greatest change, relative to the greatest load."""
+def missed(phase: PhaseData) -> float:
+    """Note the loads of the motion; return by how much ``loads`` differ, relative to the greatest load."""
     change, most = 0.0, 0.0
-    phase.bearings(t, phase.state, phase.bearings_c, phase.bearing)
     for j in range(phase.loaded_count):
-        k, load = phase.loaded[j], load_of(phase.bearing, j)
-        change, most = greater(change, abs(load - phase.pressure[k])), greater(most, load)
-        phase.pressure[k] = load
-        force_of(phase, k)[0] = load
+        load = load_of(phase.at_loads, j)
+        change, most = greater(change, abs(load - phase.loads[j])), greater(most, load)
+        force_of(phase, phase.loaded[j])[0] = load
     return change / most if most > 0.0 else 0.0
+
+
+@compiled
+def differ(t: float, phase: PhaseData) -> int:
+    """Set ``per_load`` by the motions at each load alone, beside that without; return 0 if one is not found, else 1.
+
+    It is zero where forces are open.
+    """
+    size, count, first, is_open = 0.0, phase.loaded_count, phase.bearing, phase.conditions > phase.active
+    for i in range(7 * count):
+        first[i] = phase.at_loads[i]
+    for j in range(count):
+        size = greater(size, load_of(first, j))
+    for j in range(count):
+        if not is_open:
+            phase.loads[j] = size
+            if loaded(t, phase) == 0:
+                return 0
+            phase.loads[j] = 0.0
+        for i in range(7 * count):
+            phase.per_load[j, i] = 0.0 if is_open else (phase.at_loads[i] - first[i]) / size
+    for i in range(7 * count):
+        phase.at_loads[i] = first[i]
+    return 1
+
+
+@compiled
+def newton(phase: PhaseData) -> None:
+    """Move ``loads`` to P = r (|F_a| + |F_b|) of forces that are affine in P, and ``at_loads`` with them."""
+    F, A, count = phase.at_loads, phase.newton, phase.loaded_count
+    for _ in range(TURNS):
+        for j in range(count):
+            A[j, count] = load_of(F, j) - phase.loads[j]
+            for k in range(count):
+                A[j, k] = (1.0 if j == k else 0.0) - change_of(F, phase.per_load[k], j)
+        if eliminated(phase) == 0:
+            return
+        size, most = 0.0, 0.0
+        for j in range(count):
+            step = greater(A[j, count], -phase.loads[j])
+            phase.loads[j] += step
+            size, most = greater(size, abs(step)), greater(most, phase.loads[j])
+            for i in range(7 * count):
+                if i % 7 != 0:  # the first of each is its lever
+                    F[i] += step * phase.per_load[j, i]
+        if not size > EPS * most:
+            return
+
+
+@compiled
+def change_of(bearing: Reals, change: Reals, j: int) -> float:
+    """Return the derivative of a load by that of its forces."""
+    result, F, dF = 0.0, bearing[7 * j :], change[7 * j :]
+    for place in range(2):
+        square, along = 0.0, 0.0
+        for i in range(1 + 3 * place, 4 + 3 * place):
+            square += F[i] * F[i]
+            along += F[i] * dF[i]
+        if square > 0.0:
+            result += F[0] * along / root(square)
+    return result
+
+
+@compiled
+def eliminated(phase: PhaseData) -> int:
+    """Set the last column of ``newton`` to the solution of its equations; return 0 if they are singular, else 1."""
+    A, count = phase.newton, phase.loaded_count
+    for k in range(count):
+        p = k
+        for i in range(k + 1, count):
+            if abs(A[i, k]) > abs(A[p, k]):
+                p = i
+        if not abs(A[p, k]) > 0.0:
+            return 0
+        for c in range(count + 1):
+            A[k, c], A[p, c] = A[p, c], A[k, c]
+        for i in range(count):
+            part = A[i, k] / A[k, k] if i != k else 0.0
+            for c in range(k, count + 1):
+                A[i, c] -= part * A[k, c]
+    for k in range(count):
+        A[k, count] /= A[k, k]
+    return 1
 
 
 @compiled
@@ -106,12 +203,5 @@ def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None
         acting[first + i], it.ways[first + i] = phase.multiplier[i], it.multiplier[i]
     it.bearings(t, it.borne, it.bearings_c, it.bearing)
     for j in range(phase.loaded_count):
-        F, dF, load = it.bearing[14 * j :], it.bearing[14 * j + 7 :], 0.0
-        for place in range(2):
-            square, along = 0.0, 0.0
-            for i in range(1 + 3 * place, 4 + 3 * place):
-                square += F[i] * F[i]
-                along += F[i] * dF[i]
-            if square > 0.0:
-                load += dF[0] * root(square) + F[0] * along / root(square)
-        out[j] = load
+        F, dF = it.bearing[14 * j :], it.bearing[14 * j + 7 :]
+        out[j] = change_of(F, dF, 0) + dF[0] * load_of(F, 0) / F[0]

@@ -63,6 +63,8 @@ class PhaseData(Record):
     ``presser``                 of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``loaded``                  contacts that the load of a joint presses;  ``bearing``: outputs of ``bearings``
     ``pressure``                of each contact: that load, else 0;  ``unloaded``: ``free`` without friction under it
+    ``loads``, ``at_loads``, ``per_load``, ``newton``    these loads, one after another; ``bearing`` at them, and its
+                                change with each; equations of Newton's method (`bearings`)
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
     ``share``                   friction of a slip along each tangent, per unit of normal force
@@ -171,6 +173,10 @@ class PhaseData(Record):
     bearing: Annotated[Row, "of_bearing"]
     pressure: Annotated[Row, "contacts"]
     unloaded: Annotated[Row, "n"]
+    loads: Annotated[Row, "loaded_count"]
+    at_loads: Annotated[Row, "of_bearing"]
+    per_load: Annotated[Rows, "loaded_count", "of_bearing"]
+    newton: Annotated[Rows, "loaded_count", "after_loads"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]
     share: Annotated[Rows, "contacts", 2]

@@ -3,21 +3,24 @@
     |Λ_T| <= μ P,      P = r (|F_a| + |F_b|)
 
 with the impulses F of the reactions of the joint, which this friction changes. Newton's law has one P; Poisson's has
-one of compression and one of expansion. Each pass solves for the impulses at P and takes P from their reactions, as
-those between impacts do (`phase.bearings`). The reactions of a blow are ``blown``, and the friction acts with it.
+one of compression and one of expansion. Each pass solves for the impulses at P and takes the right side from their
+reactions (`cones.broyden`). The reactions of a blow are ``blown``, and the friction acts with it.
 """
 
 from __future__ import annotations
 
-from ....native.instructions import Reals, compiled, greater, run_by
+from ....native.instructions import compiled, greater, run_by
+from ...cones.broyden import TURNS, begin, missed, take
 from ...cones.contacts import ACCEPTED, Contacts
-from ...phase.bearings import NEARLY, PASSES, SAME, load_of
-from ...phase.contact_outputs import row_taken
-from ...phase.phase_kernels import response
+from ...phase.bearings import SAME, load_of
 from ...phase.phase_record import PhaseData
 from .. import event_run
 from ..event_run import EventRun
-from ..moment import append, copy
+from ..moment import append, largest
+from .loads import at_rest, bearings_of, respond
+
+NEAR = 1e-6
+"""Relative difference at which loads may stay: open shares of impulses have the accuracy of the limit that they are."""
 
 
 @compiled
@@ -31,33 +34,41 @@ def append_loaded(it: EventRun) -> None:
 @compiled
 def collided_under_loads(it: EventRun, contacts: Contacts) -> int:
     """Let the chosen contacts collide at once, with loads that agree with their impulses; return why not, or 0."""
-    last = 1.0
+    last, turns, count = 1.0, 2 if contacts.poisson != 0 else 1, it.loads
     for i in range(it.count):
         contacts.least[i] = contacts.back[i] = 0.0
-    for _ in range(PASSES):
+    begin(it.bounds, turns * count)
+    for _ in range(TURNS):
         run_by(it.colliding, contacts)
         if not contacts.residual <= ACCEPTED:
             return event_run.NO_IMPULSES
-        change = bear(it, contacts)
-        if change <= SAME or NEARLY >= change >= last:
+        change = bear(it, contacts, turns)
+        if change <= SAME or NEAR >= change >= last:
             return 0
         last = change
+        take(it.bounds, turns * count)
+        j = 0
+        for i in range(it.count):
+            if it.loaded[it.chosen[i]] != 0:
+                contacts.least[i] = it.bounds[j]
+                contacts.back[i] = it.bounds[count + j] if turns > 1 else 0.0
+                j += 1
     return event_run.JAMMED
 
 
 @compiled
-def bear(it: EventRun, contacts: Contacts) -> float:
-    """Set the loads to those of the impulses; return their greatest change, relative to the greatest load."""
+def bear(it: EventRun, contacts: Contacts, turns: int) -> float:
+    """Note the loads of the impulses; return by how much they differ, relative to the greatest load.
+
+    What the greatest impulse has on their levers is the size of their parts.
+    """
     change, most, machine = 0.0, 0.0, PhaseData(it.looking)
-    for turn in range(2 if contacts.poisson != 0 else 1):
+    for turn in range(turns):
         react(it, contacts, machine, turn)
-        bounds, j = contacts.least if turn == 0 else contacts.back, 0
-        for i in range(it.count):
-            if it.loaded[it.chosen[i]] != 0:
-                load = load_of(machine.bearing, j)
-                change, most = greater(change, abs(load - bounds[i])), greater(most, load)
-                bounds[i] = load
-                j += 1
+        for j in range(it.loads):
+            load, part = load_of(machine.bearing, j), machine.bearing[event_run.LOADED * j]
+            most = greater(most, greater(load, part * largest(contacts.forces, contacts.rows)))
+            change = greater(change, missed(it.bounds, turns * it.loads, turn * it.loads + j, load))
     return change / most if most > 0.0 else 0.0
 
 
@@ -65,33 +76,18 @@ def bear(it: EventRun, contacts: Contacts) -> float:
 def react(it: EventRun, contacts: Contacts, machine: PhaseData, turn: int) -> None:
     """Set the outputs of bearings to the impulses of joints in compression, ``turn`` 0, or in expansion, 1.
 
-    The reactions are affine in accelerations, forces and multipliers, whose place jumps and impulses take.
+    The reactions are affine in accelerations, forces and multipliers, whose place jumps and impulses take: as great as
+    the reactions without them, of which a small impulse would be the round-off.
     """
-    state, n, size = machine.state, it.n, event_run.LOADED * it.loads
-    acting = state[it.n_q + n :]
-    copy(it.y, state, it.n_q + n)
-    for i in range(n + it.rows + machine.all_own):
-        acting[i] = 0.0
+    size, greatest = event_run.LOADED * it.loads, largest(contacts.forces, contacts.rows)
+    at_rest(it, machine)
     bearings_of(it, machine, it.unstruck)
-    pushed, row = machine.free, machine.spare
-    for p in range(n):
-        pushed[p] = 0.0
+    scale = (1.0 + largest(it.unstruck, size)) / greatest if greatest > 0.0 else 1.0
     for a in range(contacts.rows):
         impulse = contacts.compressed[a] if turn == 0 else contacts.forces[a] - contacts.compressed[a]
-        machine.force[it.list[a]] = impulse
-        row_taken(machine, it.list[a], row)
-        for p in range(n):
-            pushed[p] += impulse * row[p]
-    response(machine, pushed, machine.udot)
-    for i in range(machine.conditions):  # those of the machine itself
-        machine.multiplier[machine.number[i]] = machine.lam[i]
+        machine.force[it.list[a]] = scale * impulse
+    respond(it, machine)
     bearings_of(it, machine, machine.bearing)
     for i in range(size):
         if i % event_run.LOADED != 0:  # the first of each is its lever
-            machine.bearing[i] += it.blown[i] - it.unstruck[i]
-
-
-@compiled
-def bearings_of(it: EventRun, machine: PhaseData, out: Reals) -> None:
-    """Set the levers and forces of the joints at the state, accelerations and forces of ``machine.state``."""
-    machine.bearings(it.t, machine.state, machine.bearings_c, out)
+            machine.bearing[i] = (machine.bearing[i] - it.unstruck[i]) / scale + it.blown[i]
