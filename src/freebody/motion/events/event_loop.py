@@ -367,7 +367,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         status = STIFF
     if status == RUNNING:
         crept = creeps(it, n)
-        if crept != 0 and it.resting == 0:
+        if crept != 0:
             look(it)
             if fading(it, 0) >= 0:
                 it.crept = 0
@@ -387,10 +387,11 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
-    if status == COLLAPSED and it.resting == 0:
+    if status == COLLAPSED:
         look(it)
-        if fading(it, 0) >= 0:
-            it.until, it.holding, status = it.t, event_run.AT_REST, FINISHED
+        if fading(it, 0) >= 0:  # the rest of a series, in which contacts are closed anyway, is not waited for
+            it.until, status = it.t, FINISHED
+            it.holding = event_run.AT_REST if it.resting == 0 else it.holding
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
         it.blame = it.ending[it.blame - it.events]
