@@ -37,7 +37,6 @@ LONG = {
     "gyrocompass",
     "flat-spin",
 }
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in entries()]
 
 # coordinates of an SVG have three decimals, and the shortest arrow that is measured is 25 pt long
 MEASURED = 2 * 0.0005 * math.sqrt(2) / 25
@@ -59,7 +58,7 @@ def machine(name: str) -> tuple[Any, dict[str, Any]]:
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-@pytest.fixture(scope="module", params=sampled([*NAMES, *CONTACTS], 9))
+@pytest.fixture(scope="module", params=sampled([*entries(), *CONTACTS], 9, LONG))
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)
