@@ -58,3 +58,30 @@ def test_a_ball_lands_while_a_slip_begins():
     speed = k / 2 * (until**2 - begins**2) - friction * G * (until - begins)
     assert float(motion["p_vx"][-1]) == pytest.approx(speed, abs=1e-9)
     assert np.abs(motion.energy.residual).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("attitude", "turn"),
+    [
+        (
+            (0.3775018696407647, -0.2332590491067826, -0.41181289106823443, -0.7959225447099416),
+            (-4.978310865370224, -4.725460968575537, 9.130456548090484),
+        ),
+        (
+            (-0.4288668035493946, 0.07728230778201314, 0.8938969754809538, 0.10511378093862937),
+            (-41.281114754343804, 8.368493412049792, -7.882580708324051),
+        ),
+    ],
+)
+def test_a_slip_fades_while_bounces_end(attitude, turn):
+    """Two dice of 10,000: one corner slips by 1e-11 m/s, to and fro, while the bounces of another one end."""
+    s = fb.System("die")
+    s.gravity = (0, 0, -9.81)
+    die = s.body("die", fb.box(0.01, (0.02, 0.02, 0.02)))
+    s.free("f", s.ground, die)
+    corners = die.corners(size=(0.02, 0.02, 0.02))
+    s.contact("floor", corners, s.ground.plane(normal="z"), friction=0.4, restitution=0.4)
+    start = {"f_z": 0.3} | {f"f_e{i}": x for i, x in enumerate(attitude)}
+    motion = fb.simulate(s, 1, initial=start | dict(zip(("f_wx", "f_wy", "f_wz"), turn, strict=True)))
+    assert abs(motion.path.states[-1][7:13]).max() < 1e-12
+    assert motion.energy.relative_residual < 1e-8
