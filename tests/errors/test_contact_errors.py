@@ -386,3 +386,18 @@ def test_a_gap_without_a_value():
     )
     said = str(fb.equations(s, initial={"x": -0.5, "y": 2}))
     assert "The contacts of 'slide' have no value at its start: math domain error." in said
+
+
+def test_a_residual_is_of_contacts(tmp_path):
+    s, disk = sliding_disk()
+    with pytest.raises(SimulationError) as refused:
+        fb.simulate(s, 0.1).residual  # noqa: B018
+    assert (
+        str(refused.value) == "Expected a motion with contacts for trajectory.residual, got 'slide' without."
+    )
+    s.contact("floor", disk.circle(0.1), s.ground.plane(), friction=0.3, restitution=0.5)
+    motion = fb.simulate(s, 1, initial={"y": 0.3, "x'": 1})
+    assert 0 < motion.residual <= 1e-12
+    path = tmp_path / "motion.nc"
+    motion.save(path)
+    assert fb.Trajectory.load(path).residual == motion.residual

@@ -208,7 +208,7 @@ def test_what_only_other_motions_have(swing):
         SimulationError, match=r"for trajectory.sensitivity, got one without. .*sensitivities=\["
     ):
         _ = swing.sensitivity
-    for name in ("step", "residual", "depth", "sweeps"):
+    for name in ("step", "depth", "sweeps"):
         with pytest.raises(SimulationError, match=f'method="timestepping" for trajectory.{name}, got one by'):
             getattr(swing, name)
     with pytest.raises(

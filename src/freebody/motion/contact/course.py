@@ -171,6 +171,11 @@ class Touching:
         return cast("tuple[str, ...]", self.history.indeterminate)
 
     @property
+    def residual(self) -> float:
+        """Greatest residual of a decision or an impact."""
+        return float(self.history.residual)
+
+    @property
     def happenings(self) -> tuple[Happening, ...]:
         """Blows, impacts and changes of mode, in their order."""
         return cast("tuple[Happening, ...]", self.history.happenings)

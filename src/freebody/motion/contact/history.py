@@ -77,9 +77,10 @@ class History:
         places = np.empty(1 + it.marked // LEAST, dtype=np.int64)
         self.phases = places[: code("find_phases")(it, places)]
         self.told, self.turned = tuple(self.work.told), dict[Any, Array]()
+        self.residual = float(it.worst)
 
     def __reduce__(self) -> Any:
-        return Told, (self.happenings, self.timeline, self.indeterminate)
+        return Told, (self.happenings, self.timeline, self.indeterminate, self.residual)
 
     def entries(self, *kinds: int) -> Iterator[tuple[int, Any, Any]]:
         """Yield the entries, of these kinds or of all, in their order; see :class:`Entry`."""
@@ -343,6 +344,7 @@ class Told:
     happenings: tuple[Happening, ...]
     timeline: Timeline
     indeterminate: tuple[str, ...]
+    residual: float
 
     may_warn = True
 

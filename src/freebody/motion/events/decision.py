@@ -160,6 +160,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
             elif few > 0 or not contacts.residual <= NEAR:
                 return event_run.NO_MOTION
         again = released(it, contacts)
+    it.worst = greater(it.worst, contacts.residual)
     name(it, contacts)
     if it.ready != 0 and share(it, contacts) != 0:
         name(it, contacts)

@@ -175,6 +175,7 @@ class EventRun(Record):
     ``stop``                      not 0 pauses the run; another thread writes it
     ``budget``, ``steps_left``    steps and stages until the next pause, and steps until the run is given up
     ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
+    ``worst``                     greatest residual of a decision or an impact so far
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
     ``near``, ``still``           gap and speed that are zero;  ``apart``: gaps before a straight step
@@ -283,6 +284,7 @@ class EventRun(Record):
     steps_left: Whole
     crept: Whole
     crept_from: Real
+    worst: Real
     phases: Whole
     blame: Whole
     hit: Whole

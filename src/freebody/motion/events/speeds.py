@@ -70,6 +70,7 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     if not contacts.residual <= ACCEPTED:
         look(it)
         return 0
+    it.worst = greater(it.worst, contacts.residual)
     for i in range(n):
         change = length * it.free[i]
         for a in range(contacts.rows):

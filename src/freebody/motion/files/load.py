@@ -173,7 +173,14 @@ def _course(
     happenings = tuple(_happening(*entry) for entry in about.get("happenings", ()))
     if kind == "contacts":
         timeline = Timeline(Change(*change) for change in about["changes"])
-        return Touching(Told(happenings, timeline, tuple(map(str, about["unknown"]))))
+        return Touching(
+            Told(
+                happenings,
+                timeline,
+                tuple(map(str, about["unknown"])),
+                float(about.get("residual", np.nan)),
+            )
+        )
     if kind == "sensitivities":
         shifts = np.array(about.get("shifts", np.zeros((2, len(variation.unknowns)))), dtype=float)
         if shifts.shape != (2, len(variation.unknowns)):

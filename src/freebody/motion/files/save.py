@@ -143,6 +143,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
     if isinstance(course, Touching):
         about["changes"] = [(x.contact, x.mode, x.start, x.end, x.why) for x in motion.modes]
         about["unknown"] = course.indeterminate
+        about["residual"] = course.residual
     if kind == "sensitivities":
         about["unknowns"] = [unknown.name for unknown in course.derivatives.variation.unknowns]
         about["shifts"] = course.derivatives.shifts

@@ -127,6 +127,11 @@ class InSteps:
     indeterminate: tuple[str, ...] = ()
     derivatives: None = None
 
+    @property
+    def residual(self) -> float:
+        """Greatest residual of a step."""
+        return self.stepping.residual
+
     def works(self, motion: ComputedMotion) -> bool:
         """Return True if loads or drives do work."""
         return self.kernels.works

@@ -342,20 +342,27 @@ class ComputedMotion:
         """Modes of every contact, with their times and the reasons why they began, printed one per line."""
         return self.course.modes(self)
 
+    @property
+    def residual(self) -> float:
+        """Greatest rate by which a contact violated its laws in any decision, impact or time step, relative to the
+        greatest rate of a contact there: accelerations in decisions, else speeds.
+
+        In a time step this is the greatest contact speed without contact forces, taken as Σ |W| |u|, the sum of the
+        terms of a contact's speed without their signs.
+        """
+        found = self.course.residual
+        if found is None:
+            raise SimulationError(
+                f"Expected a motion with contacts for trajectory.residual, got '{self.name}' without."
+            )
+        return found
+
     # -- time steps -------------------------------------------------------------------------------------------------
 
     @property
     def step(self) -> float:
         """Length of the steps of a motion by ``method="timestepping"`` [s]."""
         return float(self._of_steps("step"))
-
-    @property
-    def residual(self) -> float:
-        """Greatest speed by which a contact violated its laws in any time step, relative to the greatest contact speed
-        of the step without contact forces. This speed is taken as Σ |W| |u|, the sum of the terms of a contact's speed
-        without their signs.
-        """
-        return float(self._of_steps("residual"))
 
     @property
     def depth(self) -> float:

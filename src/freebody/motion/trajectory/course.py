@@ -35,6 +35,10 @@ class Course(Protocol):
         """Measures of a motion in time steps; None for others."""
 
     @property
+    def residual(self) -> float | None:
+        """What the laws of contacts are missed by at most; None for a motion without contacts."""
+
+    @property
     def derivatives(self) -> Any:
         """Derivatives by parameters and initial values; None for a motion without."""
 

@@ -26,6 +26,7 @@ class InLegs:
     happenings: tuple[Happening, ...] = ()
     derivatives: Any = None
     stepping: None = None
+    residual: None = None
     indeterminate: tuple[str, ...] = ()
 
     def modes(self, motion: ComputedMotion) -> Sequence[Any]:

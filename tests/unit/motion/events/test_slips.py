@@ -85,3 +85,4 @@ def test_a_slip_fades_while_bounces_end(attitude, turn):
     motion = fb.simulate(s, 1, initial=start | dict(zip(("f_wx", "f_wy", "f_wz"), turn, strict=True)))
     assert abs(motion.path.states[-1][7:13]).max() < 1e-12
     assert motion.energy.relative_residual < 1e-8
+    assert 0 <= motion.residual <= 1e-9  # `cones.contacts.ACCEPTED`

@@ -190,6 +190,7 @@ def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
     note(it, it.t)
     note(it, contacts.part)
     note(it, contacts.residual)
+    it.worst = greater(it.worst, contacts.residual)
     note(it, still)
     note_all(it, it.start, it.n_y)
     note_all(it, it.y, it.n_y)
