@@ -111,7 +111,7 @@ def test_phases_without_end(monkeypatch):
     ball = s.body("ball", fb.disk(1, 0.1))
     s.planar("plane", s.ground, ball, coordinate="x y turn")
     s.contact("floor", ball.circle(0.1), s.ground.plane(), friction=0, restitution=0.9)
-    with pytest.raises(SimulationError, match=r"'ball' change their modes again and again at t = .* \(all open\), 4 phases so far"):  # fmt: skip  # noqa: E501
+    with pytest.raises(SimulationError, match="of 'ball' has more than 3 phases between events up to t = "):
         fb.simulate(s, 5, initial={"y": 1})
 
 

@@ -25,6 +25,11 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     impact = f"Impact at t = {t:.9g} s of '{model}': "
     h = float(np.max(it.lengths[it.first_row : it.logged - 1], initial=0.0))
     start = float(it.times[it.first_row]) if it.logged else t
+    if why == event_run.TOO_MANY and it.crowd <= event_run.ENDLESS:
+        return SimulationError(
+            f"The motion of '{model}' has more than {it.most_phases} phases between events up to t = {t:.9g} s, as many "
+            "as a run keeps. Go on from an earlier end, or take method='timestepping' with step=."
+        )
     if why == event_run.TOO_MANY:
         shut = [(name, KINDS[mode]) for name, mode in zip(work.names, it.mode, strict=True) if mode != OPEN]
         states = ", ".join(f"{name}: {mode}" for name, mode in shut) or "all open"
