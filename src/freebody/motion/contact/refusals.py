@@ -27,8 +27,8 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     start = float(it.times[it.first_row]) if it.logged else t
     if why == event_run.TOO_MANY and it.crowd <= event_run.ENDLESS:
         return SimulationError(
-            f"The motion of '{model}' has more than {it.most_phases} phases between events up to t = {t:.9g} s, as many "
-            "as a run keeps. Go on from an earlier end, or take method='timestepping' with step=."
+            f"The motion of '{model}' has more than {it.most_phases} phases between events up to t = {t:.9g} s, as "
+            "many as a run keeps. Go on from an earlier end, or take method='timestepping' with step=."
         )
     if why == event_run.TOO_MANY:
         shut = [(name, KINDS[mode]) for name, mode in zip(work.names, it.mode, strict=True) if mode != OPEN]
