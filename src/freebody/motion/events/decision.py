@@ -19,7 +19,7 @@ from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
 from . import event_run
 from .event_run import EventRun
-from .impacts.loads import borne, set_loads
+from .impacts.borne_loads import borne, set_loads
 from .moment import largest, pull, size_of
 from .problem import gather, is_unloaded
 from .setting import depends, listed

@@ -19,9 +19,9 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .decision import decide
 from .event_run import EventRun
+from .impacts.borne_loads import keep_loads
 from .impacts.bounces import end_rest, limited, unseen
 from .impacts.impacts import collide
-from .impacts.loads import keep_loads
 from .impacts.rests import end_slow_slips, take_approach, take_away
 from .jumps import (
     arrived,

@@ -17,7 +17,7 @@ from ...phase.phase_record import PhaseData
 from .. import event_run
 from ..event_run import EventRun
 from ..moment import append, largest
-from .loads import at_rest, bearings_of, respond
+from .borne_loads import at_rest, bearings_of, respond
 
 NEAR = 1e-6
 """Relative difference at which loads may stay: open shares of impulses have the accuracy of the limit that they are."""
