@@ -38,10 +38,12 @@ def find(of: Families, t: float, y: Reals, limit: float) -> None:
         bounds(of, greater(limit, 0.0))
         choose_axis(members)
         sort(members)
+    last = -1
     for p in range(pairs.known):
-        if pairs.stays[p] != 0:
-            number = pairs.past[p] // POINTS
-            consider(of, number // members.count, number % members.count, FAR)
+        both = pairs.past[p] // POINTS
+        if pairs.stays[p] != 0 and both != last:
+            last = both
+            consider(of, both // members.count, both % members.count, limit, 1)
     order, axis = members.order, members.axis
     for a in range(members.bounded):
         i = order[a]
@@ -51,13 +53,13 @@ def find(of: Families, t: float, y: Reals, limit: float) -> None:
             if members.lower[j, axis] > end:
                 break
             if overlap(members, i, j) == 1:
-                consider(of, i, j, limit)
+                consider(of, i, j, limit, 0)
     for a in range(members.unbounded):
         i = members.wide[a]
         for b in range(members.bounded):
-            consider(of, i, order[b], limit)
+            consider(of, i, order[b], limit, 0)
         for b in range(a + 1, members.unbounded):
-            consider(of, i, members.wide[b], limit)
+            consider(of, i, members.wide[b], limit, 0)
 
 
 @compiled
@@ -71,17 +73,9 @@ def nearer(of: Families, t: float, y: Reals, limit: float) -> None:
     if members.count > 0:
         links.code(t, y, links.c, links.poses[POSE:])
     while c < pairs.count:
-        both, apart, crossed, before, closed = (
-            pairs.ids[c] // POINTS,
-            pairs.apart[c],
-            pairs.crossed[c],
-            kept,
-            0,
-        )
-        if pairs.touch[c, 0] > limit:
-            closed = stays(pairs, both)
+        both, apart, crossed, before = pairs.ids[c] // POINTS, pairs.apart[c], pairs.crossed[c], kept
         while c < pairs.count and pairs.ids[c] // POINTS == both:
-            if crossed == 0 and (pairs.touch[c, 0] <= limit or closed != 0):
+            if crossed == 0 and (pairs.touch[c, 0] <= limit or stays(pairs, pairs.ids[c]) != 0):
                 move(pairs, c, kept)
                 kept += 1
             c += 1
@@ -90,7 +84,8 @@ def nearer(of: Families, t: float, y: Reals, limit: float) -> None:
             again += 1
     pairs.count = kept
     for k in range(again):
-        consider(of, pairs.again[k] // members.count, pairs.again[k] % members.count, limit)
+        i, j = pairs.again[k] // members.count, pairs.again[k] % members.count
+        consider(of, i, j, limit, any_stays(pairs, pairs.again[k]))
     arrange(pairs)
 
 
@@ -128,8 +123,11 @@ def of_one_side(of: Families, i: int, j: int) -> int:
 
 @hot
 @compiled
-def consider(of: Families, one: int, other: int, limit: float) -> None:
-    """Add a pair if its members may touch and its gap is at most ``limit``."""
+def consider(of: Families, one: int, other: int, limit: float, closed: int) -> None:
+    """Add a pair if its members may touch and its gap is at most ``limit``, or if it is ``closed`` and stays so.
+
+    A pair that stays closed is added as such only.
+    """
     members, laws, pairs, links = of.members, of.laws, of.pairs, of.links
     i, j = one, other
     if other < one:
@@ -143,8 +141,10 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     first, second = i, j
     if laws.turned[law] == 1:
         first, second = j, i
+    both = i * members.count + j
     if laws.patched[law] == 1:
-        spread(of, first, second, i * members.count + j, limit)
+        if closed == 1 or any_stays(pairs, both) == 0:
+            spread(of, first, second, both, limit, closed)
         return
     given, found, k = pairs.given, pairs.found, 24
     for n in range(12):
@@ -157,7 +157,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
         given[k] = members.sizes[n]
         k += 1
     call(laws.program[law], 0.0, given, 0, given, found, 0)
-    if not found[0] <= limit or (limit < FAR and stays(pairs, i * members.count + j) != 0):
+    if closed == 0 and (not found[0] <= limit or stays(pairs, both * POINTS) != 0):
         return
     for n in range(laws.reaches[law]):
         if found[TOUCH - 2 + n] < 0.0:
@@ -171,7 +171,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     elif laws.defined[law] == 0:
         turn(found, laws.up[3 * f :])
     pairs.first[slot], pairs.second[slot] = first, second
-    pairs.ids[slot], pairs.slots[slot] = (i * members.count + j) * POINTS, slot
+    pairs.ids[slot], pairs.slots[slot] = both * POINTS, slot
     pairs.crossed[slot] = 0
     pairs.apart[slot] = take(of, slot, found, found[0])
 
@@ -190,49 +190,79 @@ def take(of: Families, slot: int, found: Reals, apart: float) -> float:
 
 
 @compiled
-def place_in_past(pairs: Pairs, number: int) -> int:
-    """Return the place of the first point of a pair among those that pressed in the last step, -1 if there is none."""
+def first_in_past(pairs: Pairs, number: int) -> int:
+    """Return the place of the first of those that pressed in the last step whose number is not less than this one."""
     first, end = 0, pairs.known
     while first < end:
         middle = (first + end) // 2
-        if pairs.past[middle] // POINTS < number:
+        if pairs.past[middle] < number:
             first = middle + 1
         else:
             end = middle
-    return first if first < pairs.known and pairs.past[first] // POINTS == number else -1
+    return first
+
+
+@compiled
+def place_in_past(pairs: Pairs, number: int) -> int:
+    """Return the place of a point among those that pressed in the last step, -1 if it did not."""
+    p = first_in_past(pairs, number)
+    return p if p < pairs.known and pairs.past[p] == number else -1
 
 
 @compiled
 def stays(pairs: Pairs, number: int) -> int:
-    """Return how long a pair has stayed closed; not 0: until its force vanishes, also where surfaces curve away."""
+    """Return how long a point has stayed closed; not 0: until its force vanishes, also where surfaces curve away."""
     p = place_in_past(pairs, number)
     return pairs.stays[p] if p >= 0 else 0
 
 
 @compiled
-def spread(of: Families, first: int, second: int, both: int, limit: float) -> None:
-    """Add the points of two solids whose gaps are at most ``limit``."""
-    pairs, patch, found = of.pairs, of.patch, of.pairs.found
+def any_stays(pairs: Pairs, both: int) -> int:
+    """Return 1 if any point of a pair stays closed, else 0."""
+    p = first_in_past(pairs, both * POINTS)
+    while p < pairs.known and pairs.past[p] // POINTS == both:
+        if pairs.stays[p] != 0:
+            return 1
+        p += 1
+    return 0
+
+
+@compiled
+def spread(of: Families, first: int, second: int, both: int, limit: float, closed: int) -> None:
+    """Add the points of two solids whose gaps are at most ``limit``, and those that stay closed if one is ``closed``.
+
+    A point on a face opens as soon as its solid turns about it, however far it is then (`curvature`).
+    """
     take_core(of, of.one, first)
     if of.members.mesh[of.members.mesh_at[second]] > 0:
         take_core(of, of.other, second)
-    apart = measure_cores(of, second, limit)
-    if apart <= limit:
-        for p in range(patch.count):
-            slot, point = pairs.count, patch.points[p]
-            pairs.count += 1
-            if slot < pairs.most:
-                found[0] = point[6]
-                for n in range(3):
-                    found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
-                if of.laws.directed[of.members.family[first]] == 1:
-                    direct(of, second, found)
-                else:
-                    turn(found, of.laws.up[3 * of.members.family[first] :])
-                pairs.first[slot], pairs.second[slot] = first, second
-                pairs.ids[slot] = both * POINTS + number(of, first, second, patch.features[4 * p :])
-                pairs.slots[slot], pairs.apart[slot] = slot, take(of, slot, found, apart)
-                pairs.crossed[slot] = 1 if patch.kind == EDGES else 0
+    apart, count = measure_cores(of, second, FAR if closed == 1 else limit), of.pairs.count
+    add_points(of, first, second, both, limit, apart)
+    if closed == 1 and of.pairs.count == count and apart <= limit:  # of other points, as beside a face
+        add_points(of, first, second, both, limit, measure_cores(of, second, limit))
+
+
+@compiled
+def add_points(of: Families, first: int, second: int, both: int, limit: float, apart: float) -> None:
+    """Add the points of the patch that has been measured whose gaps are at most ``limit``, or that stay closed."""
+    pairs, patch, found = of.pairs, of.patch, of.pairs.found
+    for p in range(patch.count):
+        point, place = patch.points[p], both * POINTS + number(of, first, second, patch.features[4 * p :])
+        if not point[6] <= limit and stays(pairs, place) == 0:
+            continue
+        slot = pairs.count
+        pairs.count += 1
+        if slot < pairs.most:
+            found[0] = point[6]
+            for n in range(3):
+                found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
+            if of.laws.directed[of.members.family[first]] == 1:
+                direct(of, second, found)
+            else:
+                turn(found, of.laws.up[3 * of.members.family[first] :])
+            pairs.first[slot], pairs.second[slot], pairs.ids[slot] = first, second, place
+            pairs.slots[slot], pairs.apart[slot] = slot, take(of, slot, found, apart)
+            pairs.crossed[slot] = 1 if patch.kind == EDGES else 0
 
 
 @compiled

@@ -44,10 +44,10 @@ def deepest(run: Run, t: float, depth: float, near: float) -> float:
     while c < count:
         both, apart, least = pairs.ids[c] // POINTS, pairs.apart[c], pairs.touch[c, 0]
         r = families.members.radius[pairs.first[c]] + families.members.radius[pairs.second[c]]
-        if stays(pairs, both) > OPENS:
-            depth = greater(depth, least)
         while c < count and pairs.ids[c] // POINTS == both:
             least = lesser(least, pairs.touch[c, 0])
+            if stays(pairs, pairs.ids[c]) > OPENS:
+                depth = greater(depth, pairs.touch[c, 0])
             c += 1
         # all points over the face are open: the one beside it, which has none then (`faces.deepest`)
         depth = greater(depth, -apart if least > 0.0 and apart + r <= 0.0 else -least)
@@ -63,7 +63,7 @@ def begin_closed(run: Run, t: float, near: float) -> None:
     pairs.known = pairs.count if pairs.count <= pairs.most else 0
     for p in range(pairs.known):
         slot = pairs.slots[p]
-        begins = patched(run, slot) == 0 and run.families.laws.normal[family_of(run, slot)] == 0
+        begins = run.families.laws.normal[family_of(run, slot)] == 0
         pairs.past[p], pairs.stays[p] = pairs.ids[p], BEGINS if begins else OPENS
         pairs.stuck[p] = pairs.stays[p]
         for k in range(rows_of(run, slot)):
@@ -94,7 +94,7 @@ def close_pairs(run: Run, friction: int) -> None:
             contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f] if k == 0 else 0.0
             problem.low[count] = 0.0
             if friction == 0:
-                p = place_in_past(pairs, pairs.ids[c] // POINTS)
+                p = place_in_past(pairs, pairs.ids[c])
                 if p >= 0 and pairs.stays[p] > OPENS:
                     problem.low[count] = -run.h * pairs.impulses[p, 0]
             count += 1
@@ -156,17 +156,14 @@ def hang(run: Run, a: int) -> None:
     if a < contacts.closed:
         contacts.kept[e] = -contacts.kept[e]
     else:
-        p = place_in_past(pairs, pairs.ids[e] // POINTS)
+        p = place_in_past(pairs, pairs.ids[e])
         pairs.stays[p] = -pairs.stays[p]
 
 
 @compiled
 def pressed(pairs: Pairs, c: int) -> int:
-    """Return 1 if the two members of a pair pressed each other in the step, at any of their points.
-
-    Points of a patch have numbers that change with it.
-    """
-    return 1 if place_in_past(pairs, pairs.ids[c] // POINTS) >= 0 else 0
+    """Return 1 if a pair, or the point of a patch, pressed in the step."""
+    return 1 if place_in_past(pairs, pairs.ids[c]) >= 0 else 0
 
 
 @compiled
@@ -191,7 +188,7 @@ def begin_pairs(run: Run) -> None:
         earlier = pairs.alternates == 1 and e < pairs.earlier and pairs.earlier_past[e] == pairs.ids[c]
         if earlier and patched(run, pairs.slots[c]) == 1:
             problem.x[a] = pairs.earlier_impulses[e, k]
-        if k > tangents:
+        if k > tangents or patched(run, pairs.slots[c]) == 1:  # a body stands on several points of a patch
             contacts.stays[a] = OPENS
         last = pairs.last[p if known else 0][2 * k :]
         contacts.half[a], contacts.turn[a] = turned(run, contacts.stays[a], last, contacts.before[a])
@@ -220,8 +217,7 @@ def log_pairs(run: Run) -> None:
             slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
             touch = pairs.touch[slot]
             f = family_of(run, slot)
-            opens = patched(run, slot) == 1 or laws.normal[f] != 0
-            pairs.stays[p] = OPENS if opens else lasting(run, a)
+            pairs.stays[p] = OPENS if laws.normal[f] != 0 else lasting(run, a)
             pairs.stuck[p] = sticking(run, a) if pairs.stays[p] != OPENS else OPENS
             pairs.past[p] = pairs.ids[c]
             tangents, rows = laws.tangents[f], laws.rows[f]
