@@ -273,8 +273,9 @@ def struck_wall(until):
     return motion, change, np.diff(energy.work) - lift, lift, np.diff(energy.residual)
 
 
-def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
-    s, start = fb.System("wall"), {"air_x": 0.4, "air_y": -0.6, "air_z": 0.3, "air_vy": 4.9}
+def twenty_bricks(speed):
+    """Return a wall of 5 × 4 bricks, and its start with a ball that hits it."""
+    s, start = fb.System("wall"), {"air_x": 0.4, "air_y": -0.6, "air_z": 0.3, "air_vy": speed}
     s.gravity = (0, 0, -9.81)
     shapes = [s.ground.plane(normal="z")]
     for i in range(20):
@@ -285,6 +286,11 @@ def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
     ball = s.body("ball", fb.sphere(5, 0.1))
     s.free("air", s.ground, ball)
     s.contacts("wall", [*shapes, ball.sphere(0.1)], friction=0.5)
+    return s, start
+
+
+def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
+    s, start = twenty_bricks(4.9)
     motion = fb.simulate(s, 0.12, initial=start, method="timestepping", step=2e-3)
     assert motion.residual <= 1e-8  # 7e-9 moves a contact by 1e-10 m in a step
     assert (
@@ -294,13 +300,37 @@ def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
 
 def test_contacts_of_a_struck_wall_make_no_energy_and_the_ledger_has_what_the_correction_makes():
     # without restitution Λ·v⁺ = -μ Λ_N |v_T⁺| <= 0, and in this scene Λ·v⁻ <= 0 too: the contacts take energy. Bodies
-    # that overlap at the end of a step are moved apart, against gravity too, and this work is the correction's
+    # that overlap at the end of a step are moved apart, against gravity too, and this work is the correction's; so is
+    # that of points that stay closed while their brick turns, and are pulled shut
     motion, change, work, lift, residual = struck_wall(0.2)
     size = float(np.abs(change).sum())
     assert motion.residual <= 1e-9 and motion.depth <= 1e-10
     assert work.max() <= 1e-12 * size
     assert change == pytest.approx(work + lift + residual, abs=1e-12 * size)
-    assert lift.min() >= -1e-12 * size
+    assert change.max() <= 1e-12 * size
+
+
+def test_a_struck_wall_of_bricks_comes_to_rest():
+    """Bricks rocked by 0.3 rad/s for ever, one side in every second step, lifted by 4 J in 2 s, of 27 J."""
+    motion, change, _, lift, _ = struck_wall(0.7)
+    bricks = motion.path.states[:, 5 * 7 : 5 * 7 + 4 * 6]
+    assert abs(bricks[:50]).max() > 5  # ball and bricks have 9 J
+    assert abs(bricks[-100:]).max() <= 1e-10
+    assert change.max() <= 1e-12 * abs(change).sum()
+    assert abs(lift).sum() <= 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [4.0, 4.5, 5.0])
+def test_a_wall_of_twenty_bricks_comes_to_rest(speed):
+    """31.8 J of 112 were made by lifting; steps with open forces took up to 1e6 sweeps, or were refused."""
+    s, start = twenty_bricks(speed)
+    motion = fb.simulate(s, 3.5, initial=start, method="timestepping", step=H, times=[0.0, 1.75, 3.5])
+    kinetic, correction = np.array(motion.energy.kinetic), np.array(motion.energy.correction)
+    assert kinetic[0] == pytest.approx(2.5 * speed**2)
+    assert kinetic[-1] <= 1e-3  # of a brick that lies on others and turns slowly as they slide
+    assert 0 <= correction[-1] <= 1.5 and correction[-1] - correction[1] <= 0.3
+    assert motion.residual <= 1e-8 and motion.sweeps < 200
 
 
 def test_a_wall_at_rest_needs_no_sweeps_because_its_patches_stay():

@@ -121,6 +121,26 @@ class Trial(Record):
 
 
 @record
+class Path(Record):
+    """Memory of `interior`.
+
+    ``x``, ``z``, ``dx``, ``dz``    forces and rates inside their cones, and their changes in a step
+    ``miss``, ``q``, ``scaling``    ρ and q; η⁻² and the tangential part of the scaling of each contact
+    ``bends``, ``short``            1 with the slope of |z_T|, else 0; number of short steps in a row
+    """
+
+    x: Annotated[Row, "most"]
+    z: Annotated[Row, "most"]
+    dx: Annotated[Row, "most"]
+    dz: Annotated[Row, "most"]
+    miss: Annotated[Row, "most"]
+    q: Annotated[Row, "most"]
+    scaling: Annotated[Row, "most"]
+    bends: Real
+    short: Whole
+
+
+@record
 class Newton(Record):
     """Memory of `newton`.
 
@@ -128,6 +148,7 @@ class Newton(Record):
     ``y``, ``v``                 multipliers, and the solution of F(v) = 0
     ``best``, ``past``, ``moved``    λ of the least residual; λ of the round before; change in a round
     ``here``, ``there``          at v, and at a trial of the line search
+    ``path``                     of the interior point method
     ``G``, ``J``, ``step``       -∂λ/∂r H, stored as the rows of H; F' or its factors; the step
     ``kept``, ``factored``       compliance of the factors, 0 without any; number of factorizations
     ``ends``, ``order``          end of each block of F' (`elimination.factored`), and its row exchanges
@@ -144,6 +165,7 @@ class Newton(Record):
     step: Annotated[Row, "n"]
     here: Trial
     there: Trial
+    path: Path
     G: Annotated[Rows, "most", "n"]
     J: Annotated[Rows, "n", "n"]
     kept: Real

@@ -1,7 +1,8 @@
 """Newton's method for the islands of a contact problem: the sets of rows that share no speeds with others.
 
 Sweeps are slow where the forces of faces on faces are open. The islands that a few of them do not solve get Newton's
-method on the laws (`descent`), or without friction the dual method (`dual`). What more sweeps and that leave gets
+method on the laws (`descent`), also from what an interior point method finds from zero (`interior`), or without friction
+the dual method (`dual`). What more sweeps and that leave gets
 Newton's method at a compliance (`newton.balance`), with the impulses of the sweeps as multipliers: rounds of proximal
 points
 
@@ -22,6 +23,7 @@ from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
+from .interior import begin, go_on, is_served
 from .newton import DENSE, DRIFT, balance, reach, solve
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
@@ -35,6 +37,11 @@ FEW = 12
 WARM, COLD = 20, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
+APPROACHES, PATH, LATE = 3, 20, 4
+"""Number of approaches of the interior point method, limit on its steps in each of them, and the turn from which it
+begins without the slope of |z_T|."""
+ROUGH, FINER, FINEST = 1e-3, 1e-5, 1e-7
+"""Residuals to which these go, each followed by Newton's method on the laws."""
 INSIDE = 0.1
 """Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
@@ -222,19 +229,27 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
 def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
     """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
-    Newton's method begins with the impulses of the sweeps, from the second turn on also with none, with other damping
+    Newton's method begins with the impulses of the sweeps, then with those of the interior point method, which begins
+    at other rates in each turn. What that does not serve begins with none from the second turn on, with other damping
     in each. The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
     least = islands.worst[island] / problem.reference
     for i in range(part.count):
         newton.y[i] = part.x[i]
-    left, ways = math.inf, 1 if turn < 1 else 2
+    left, ways, inside = math.inf, 2 if turn > 0 else 1, 1 if turn >= 0 and is_served(part) == 1 else 0
+    if inside == 1:
+        ways = 1 + APPROACHES
     for way in range(ways):
         if is_bare(part) == 1 and part.count <= dense.most:
             left, ways = take_in(part, dense, goal), 1
         elif way == 0:
             left = descend(part, newton, INSIDE * goal, WARM, 1.0)
+        elif inside == 1 and least > goal:
+            if way == 1:
+                begin(part, newton.path, start_of(turn), 1.0 if turn < LATE else 0.0)
+            go_on(part, newton, ROUGH if way == 1 else (FINER if way == 2 else FINEST), PATH)
+            left = descend(part, newton, INSIDE * goal, WARM if turn == 0 else COLD, 1.0)
         elif least > goal:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
@@ -250,6 +265,14 @@ def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float,
         for i in range(part.count):
             problem.x[islands.own[i]] = part.x[i]
     return 1 if least <= goal else 0
+
+
+@compiled
+def start_of(turn: int) -> float:
+    """Return the rates, relative to the reference, at which the interior point method begins in a turn."""
+    if turn % 2 == 0:
+        return 0.1 if turn % LATE == 0 else 0.01
+    return 1.0 if turn % LATE == 1 else 10.0
 
 
 @compiled
