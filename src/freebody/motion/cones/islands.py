@@ -1,8 +1,8 @@
 """Newton's method for the islands of a contact problem: the sets of rows that share no speeds with others.
 
 Sweeps are slow where the forces of faces on faces are open. The islands that a few of them do not solve get Newton's
-method on the laws (`descent`), also from what an interior point method finds from zero (`interior`), or without friction
-the dual method (`dual`). What more sweeps and that leave gets
+method on the laws (`descent`), also from what an interior point method finds from zero (`interior`), or without
+friction the dual method (`dual`). What more sweeps and that leave gets
 Newton's method at a compliance (`newton.balance`), with the impulses of the sweeps as multipliers: rounds of proximal
 points
 

@@ -5,7 +5,7 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, call, compiled, greater, hot, root
+from ...native.instructions import Integers, Reals, call, compiled, greater, hot, inlined, root
 from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Members, Pairs
@@ -121,6 +121,22 @@ def of_one_side(of: Families, i: int, j: int) -> int:
     return 1 if grouped == 1 and members.group[i] == members.group[j] else 0
 
 
+@inlined
+def measure(of: Families, first: int, second: int, law: int) -> None:
+    """Set what the law of a pair finds at the poses of its members, from their sizes."""
+    members, links, given, k = of.members, of.links, of.pairs.given, 24
+    for n in range(12):
+        given[n] = links.poses[POSE * members.link[first] + n]
+        given[12 + n] = links.poses[POSE * members.link[second] + n]
+    for n in range(members.sizes_at[first], members.sizes_at[first + 1]):
+        given[k] = members.sizes[n]
+        k += 1
+    for n in range(members.sizes_at[second], members.sizes_at[second + 1]):
+        given[k] = members.sizes[n]
+        k += 1
+    call(of.laws.program[law], 0.0, given, 0, given, of.pairs.found, 0)
+
+
 @hot
 @compiled
 def consider(of: Families, one: int, other: int, limit: float, closed: int) -> None:
@@ -128,7 +144,7 @@ def consider(of: Families, one: int, other: int, limit: float, closed: int) -> N
 
     A pair that stays closed is added as such only.
     """
-    members, laws, pairs, links = of.members, of.laws, of.pairs, of.links
+    members, laws, pairs = of.members, of.laws, of.pairs
     i, j = one, other
     if other < one:
         i, j = other, one
@@ -146,17 +162,8 @@ def consider(of: Families, one: int, other: int, limit: float, closed: int) -> N
         if closed == 1 or any_stays(pairs, both) == 0:
             spread(of, first, second, both, limit, closed)
         return
-    given, found, k = pairs.given, pairs.found, 24
-    for n in range(12):
-        given[n] = links.poses[POSE * members.link[first] + n]
-        given[12 + n] = links.poses[POSE * members.link[second] + n]
-    for n in range(members.sizes_at[first], members.sizes_at[first + 1]):
-        given[k] = members.sizes[n]
-        k += 1
-    for n in range(members.sizes_at[second], members.sizes_at[second + 1]):
-        given[k] = members.sizes[n]
-        k += 1
-    call(laws.program[law], 0.0, given, 0, given, found, 0)
+    found = pairs.found
+    measure(of, first, second, law)
     if closed == 0 and (not found[0] <= limit or stays(pairs, both * POINTS) != 0):
         return
     for n in range(laws.reaches[law]):
