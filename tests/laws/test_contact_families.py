@@ -325,9 +325,9 @@ def test_a_wall_of_twenty_bricks_comes_to_rest(speed):
     """31.8 J of 112 were made by lifting; steps with open forces took up to 1e6 sweeps, or were refused."""
     s, start = twenty_bricks(speed)
     motion = fb.simulate(s, 3.5, initial=start, method="timestepping", step=H, times=[0.0, 1.75, 3.5])
-    kinetic, correction = np.array(motion.energy.kinetic), np.array(motion.energy.correction)
-    assert kinetic[0] == pytest.approx(2.5 * speed**2)
-    assert kinetic[-1] <= 1e-3  # of a brick that lies on others and turns slowly as they slide
+    correction = np.array(motion.energy.correction)
+    bricks = motion.path.states[-1, 21 * 7 : 21 * 7 + 20 * 6]
+    assert abs(bricks).max() <= 1e-10  # the ball may roll on
     assert 0 <= correction[-1] <= 1.5 and correction[-1] - correction[1] <= 0.3
     assert motion.residual <= 1e-8 and motion.sweeps < 200
 
