@@ -293,9 +293,8 @@ def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
     s, start = twenty_bricks(4.9)
     motion = fb.simulate(s, 0.12, initial=start, method="timestepping", step=2e-3)
     assert motion.residual <= 1e-8  # 7e-9 moves a contact by 1e-10 m in a step
-    assert (
-        motion.sweeps < 100
-    )  # in the mean of sixty steps: forces are open at the hit, and 1e5 sweeps ended nowhere
+    # in the mean of sixty steps: forces are open at the hit, and 1e5 sweeps ended nowhere
+    assert motion.sweeps < 100
 
 
 def test_contacts_of_a_struck_wall_make_no_energy_and_the_ledger_has_what_the_correction_makes():

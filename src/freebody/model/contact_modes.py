@@ -22,6 +22,7 @@ from ..describe.loads.load import Load, Look
 from ..errors import ModelError, nearest
 from ..scalar.algebra import ZERO, Expression, Vector, add, divide, dot, negate, scale
 from .contact import Contact, elliptic_friction
+from .family import Family
 from .model import Model
 
 
@@ -177,8 +178,13 @@ def in_modes(model: Model, modes: Any) -> Model:
 def _none(model: Model) -> str:
     """Return the sentence about a machine without contacts by `s.contact`."""
     if model.families:
-        return f"the contacts of the family '{model.families[0].name}' are those of a motion, and have no equations."
+        return f"{no_equations_of(model.families[0])}."
     return "this machine has no contacts."
+
+
+def no_equations_of(family: Family) -> str:
+    """Return the sentence about the contacts of a family, without its full stop."""
+    return f"the contacts of the family '{family.name}' are those of a motion, and have no equations"
 
 
 def pressures(model: Model, given: Mapping[str, Load]) -> list[Parameter]:

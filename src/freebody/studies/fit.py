@@ -340,9 +340,8 @@ def fit(
         )
     size = math.hypot(*(float(np.linalg.norm(x)) for x in _weighted(measured, weights)))
     with_contacts = bool(model.contacts or model.families)
-    if (
-        not with_contacts or not J.any()
-    ):  # contacts that stick at the first guess may slip where the search goes
+    # contacts that stick at the first guess may slip where the search goes
+    if not (with_contacts and J.any()):
         _check_rank(J, first, names, size, with_contacts)
 
     def safe(p: Array) -> Array:

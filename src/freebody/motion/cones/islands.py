@@ -147,6 +147,14 @@ def connect(problem: ContactProblem, islands: Islands) -> None:
 
 
 @compiled
+def connect_without_rebounds(problem: ContactProblem, islands: Islands) -> None:
+    """Do what :func:`connect` does; no island rebounds yet."""
+    connect(problem, islands)
+    for b in range(problem.blocks.count):
+        islands.rebounds[b] = 0
+
+
+@compiled
 def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
     """Return the first block of the island of a row; -1 if the row moves nothing."""
     blocks, r = problem.blocks, problem.rows[a]

@@ -12,7 +12,7 @@ from typing import Any
 from ...describe.system import System
 from ...errors import FreebodyError, ModelError, arguments_named
 from ...model.assemble import assemble
-from ...model.contact_modes import in_modes
+from ...model.contact_modes import in_modes, no_equations_of
 from ...model.model import Model
 from ...symbolic.derivation.contact_modes import model_in_modes
 from ...symbolic.equations import Equations
@@ -89,7 +89,7 @@ def equations(
         if modes is not None:
             why = "modes= says what the contacts do"
         elif model.families:
-            why = f"the contacts of the family '{model.families[0].name}' are those of a motion, and have no equations"
+            why = no_equations_of(model.families[0])
         raise ModelError(f"Expected no {', '.join(named)} for equations: {why}. Leave it out.")
     return Equations(model_in_modes(model, modes), form)
 

@@ -192,12 +192,12 @@ class History:
     # -- texts -------------------------------------------------------------------------------------
 
     @cached_property
-    def _story(self) -> tuple[tuple[Happening, ...], Timeline]:
-        happenings: list[Happening] = []
-        changes: list[list[Any]] = []  # contact, mode, start, end, why
-        current: dict[int, list[Any]] = {}
-        told = (event_run.TOLD, event_run.IMPACT, event_run.RESTING, event_run.NOTE)
-        for kind, marks, numbers in self.entries(*told):
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows, impacts and changes of mode, in their order."""
+        happenings, notes = list[Happening](), iter(self._notes)
+        for kind, marks, numbers in self.entries(
+            event_run.TOLD, event_run.IMPACT, event_run.RESTING, event_run.NOTE
+        ):
             if kind == event_run.TOLD:
                 happenings.append(self.told[marks[0]])
             elif kind == event_run.IMPACT:
@@ -205,20 +205,26 @@ class History:
             elif kind == event_run.RESTING:
                 happenings.append(self._rest(marks, numbers))
             else:
-                self._note(marks, numbers, happenings, changes, current)
-        for change in current.values():
-            change[3] = float(self.path.end)
-        return tuple(happenings), Timeline(Change(*change) for change in changes)
+                y = numbers[1 : 1 + self.work.it.n_y]
+                for was, (name, mode, t, _, why) in next(notes):
+                    if was is not None:
+                        text = f"contact {name}: {shown(was)} → {shown(mode)}, {why}"
+                        happenings.append(self._happening(t, name, y, y, text))
+        return tuple(happenings)
 
-    @property
-    def happenings(self) -> tuple[Happening, ...]:
-        """Blows, impacts and changes of mode, in their order."""
-        return self._story[0]
-
-    @property
+    @cached_property
     def timeline(self) -> Timeline:
         """Modes of every contact, with their times and the reasons why they began."""
-        return self._story[1]
+        return Timeline(Change(*change) for changes in self._notes for _, change in changes)
+
+    @cached_property
+    def _notes(self) -> list[list[tuple[str | None, list[Any]]]]:
+        """Changes of mode of every note: the mode before, and contact, mode, start, end, why."""
+        current: dict[int, list[Any]] = {}
+        notes = [self._note(marks, numbers, current) for _, marks, numbers in self.entries(event_run.NOTE)]
+        for change in current.values():
+            change[3] = float(self.path.end)
+        return notes
 
     @property
     def may_warn(self) -> bool:
@@ -233,12 +239,13 @@ class History:
         return Happening(t, name, 0, first, text, last, warnings)
 
     def _note(
-        self, marks: list[int], numbers: Array, happenings: list[Happening], changes: list[Any], current: Any
-    ) -> None:
+        self, marks: list[int], numbers: Array, current: dict[int, list[Any]]
+    ) -> list[tuple[str | None, list[Any]]]:
+        """Return the changes of a note; ``current`` has the last one of every contact."""
         work, E, n_y = self.work, len(self.work.names), self.work.it.n_y
         hit, compliance = marks[:2]
-        t, y = float(numbers[0]), numbers[1 : 1 + n_y]
-        measures = numbers[1 + n_y + 2 * sum(mode == laws.LIMIT for mode in marks[2 : 2 + E]) :]
+        t, changes = float(numbers[0]), []
+        measures = numbers[1 + n_y + 2 * marks[2 : 2 + E].count(laws.LIMIT) :]
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             held, was_held = after >= event_run.HELD_OPEN, before >= event_run.HELD_OPEN
@@ -268,11 +275,9 @@ class History:
             mode = work.model.contacts[k].shown(KINDS[after])
             # a step of the speeds may come before the first modes: it has led to them
             current[k] = [name, mode, t if before >= 0 else float(self.path.start), None, why]
-            changes.append(current[k])
-            if before >= 0:
-                was = work.model.contacts[k].shown(KINDS[before])
-                text = f"contact {name}: {shown(was)} → {shown(mode)}, {why}"
-                happenings.append(self._happening(t, name, y, y, text))
+            was = work.model.contacts[k].shown(KINDS[before]) if before >= 0 else None
+            changes.append((was, current[k]))
+        return changes
 
     def _rest(self, marks: list[int], numbers: Array) -> Happening:
         n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])

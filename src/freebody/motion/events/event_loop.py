@@ -325,9 +325,8 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
     turns = shortest_turn(it) if it.implicit == 0 else 0.0
-    if (
-        turns > 0.0
-    ):  # in a longer one the rates at its start are unlike all others, and its error passes unseen
+    # in a longer step than this turn the rates at its start are unlike all others, and its error passes unseen
+    if turns > 0.0:
         run.h = lesser(run.h, turns) if run.h > 0.0 else turns
     if it.implicit != 0:  # a long first step has other solutions: it turns slips of 1e-8 m/s anywhere
         run.h = lesser(run.h, it.pace) if run.h > 0.0 else it.pace

@@ -15,7 +15,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater
 from ..cones.cone import add_all, rate
 from ..cones.contact_problem import NORMAL
-from ..cones.islands import Islands, connect, island_of
+from ..cones.islands import Islands, connect_without_rebounds, island_of
 from .configuration import compliant
 from .impulses import impulses
 from .pairs import family_of
@@ -27,9 +27,7 @@ def join_expansions(run: Run, islands: Islands) -> None:
     """Give their restitution to all contacts of the islands in which one rebounds."""
     contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
     run.expansion.chosen = 1
-    connect(problem, islands)
-    for b in range(problem.blocks.count):
-        islands.rebounds[b] = 0
+    connect_without_rebounds(problem, islands)
     for a in range(problem.count):
         b = island_of(problem, islands, a)
         if b >= 0 and contacts.rebound[a] > 0.0:

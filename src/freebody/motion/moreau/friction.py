@@ -20,7 +20,7 @@ from __future__ import annotations
 from ...native.instructions import call, compiled, greater, lesser, root
 from ..cones.block_rows import along
 from ..cones.contact_problem import FIRST, NORMAL
-from ..cones.islands import Islands, connect, island_of, root_of
+from ..cones.islands import Islands, connect_without_rebounds, island_of, root_of
 from .pairs import family_of, slip
 from .stepping_record import NO_FRICTION, NONE, OPENS, SLIPS, STICK, Run
 
@@ -33,7 +33,12 @@ LEAST, MOST = 1e-2, 10.0
 
 @compiled
 def law_of(run: Run, a: int) -> int:
-    """Return the kernel of the coefficients of the contact whose normal is row ``a``; 0 if it has one number."""
+    """Return the kernel of the coefficients of the contact whose normal is row ``a``.
+
+    Return 0 if the row is no normal, and if friction has one number or does not act.
+    """
+    if run.problem.kinds[a] != NORMAL or has_tangent(run, a) == 0:
+        return 0
     e = run.contacts.owner[a]
     if a < run.contacts.closed:
         return run.friction.of_contacts[e]
@@ -87,17 +92,17 @@ def begin_friction(run: Run, islands: Islands, t: float) -> None:
     find_impacts(run, islands)
     set_given(run)
     for a in range(problem.count):
-        law = law_of(run, a) if problem.kinds[a] == NORMAL and has_tangent(run, a) == 1 else 0
+        law = law_of(run, a)
         if law == 0:
             continue
         b = island_of(problem, islands, a + 1)
-        friction.passes[a] = -1 if b >= 0 and islands.rebounds[b] > 0 else 0
-        speed = 0.0
-        if friction.passes[a] < 0:
+        in_impact, speed = b >= 0 and islands.rebounds[b] > 0, 0.0
+        friction.passes[a] = -1 if in_impact else 0
+        if in_impact:
             across = contacts.before[a + 2] if problem.kinds[a + 1] == FIRST else 0.0
             speed = size_of(run, a, contacts.before[a + 1], across)
         look_up(run, t, law, speed)
-        mu = friction.found[0 if friction.passes[a] < 0 else 1]
+        mu = friction.found[0 if in_impact else 1]
         if not mu >= 0.0:
             friction.failure, friction.blame, mu = NO_FRICTION, a, 0.0
         set_coefficient(run, a, mu)
@@ -107,9 +112,7 @@ def begin_friction(run: Run, islands: Islands, t: float) -> None:
 def find_impacts(run: Run, islands: Islands) -> None:
     """Set ``rebounds`` of each island to 1 if it has an impact in this step, else to 0."""
     problem, contacts, blocks = run.problem, run.contacts, run.problem.blocks
-    connect(problem, islands)
-    for b in range(blocks.count):
-        islands.rebounds[b] = 0
+    connect_without_rebounds(problem, islands)
     for b in range(blocks.count):
         for i in range(blocks.starts[b], blocks.starts[b + 1]):
             if run.blow[i] != 0.0:
@@ -143,7 +146,7 @@ def change_coefficients(run: Run, t: float) -> int:
     friction, problem, worst = run.friction, run.problem, 0.0
     set_given(run)
     for a in range(problem.count):
-        law = law_of(run, a) if problem.kinds[a] == NORMAL and has_tangent(run, a) == 1 else 0
+        law = law_of(run, a)
         if law == 0 or friction.passes[a] < 0 or not problem.x[a] > 0.0:
             continue
         mu, two = problem.mu[a], a + 2 if problem.kinds[a + 1] == FIRST else a + 1

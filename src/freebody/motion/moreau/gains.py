@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import NORMAL
 from ..cones.contacts import EXACT
-from ..cones.islands import Islands, connect, island_of
+from ..cones.islands import Islands, connect_without_rebounds, island_of
 from .curvature import after
 from .stepping_record import Run
 
@@ -22,9 +22,8 @@ def gains(run: Run, islands: Islands) -> int:
         found += 1 if contacts.rebound[a] > 0.0 and problem.x[a] > 0.0 else 0
     if found == 0:
         return 0
-    connect(problem, islands)
+    connect_without_rebounds(problem, islands)
     for b in range(problem.blocks.count):
-        islands.rebounds[b] = 0
         for k in range(3):
             energy[b, k] = 0.0
     for a in range(problem.count):

@@ -11,7 +11,9 @@ that which friction has as its coefficient grows from zero. Where there is none,
 
 from __future__ import annotations
 
+from ...dynamics.bearing_loads import LOADED
 from ...native.instructions import EPS, Reals, compiled, greater, root
+from ..cones.elimination import solved
 from .closed_contacts import NAN, balance
 from .contact_outputs import closed_touched, evaluated, extended, force_of
 from .phase_record import PhaseData
@@ -86,7 +88,7 @@ def loaded(t: float, phase: PhaseData) -> int:
 @compiled
 def load_of(bearing: Reals, j: int) -> float:
     """Return r (|F_a| + |F_b|) of a joint."""
-    F = bearing[7 * j :]
+    F = bearing[LOADED * j :]
     return F[0] * (
         root(F[1] * F[1] + F[2] * F[2] + F[3] * F[3]) + root(F[4] * F[4] + F[5] * F[5] + F[6] * F[6])
     )
@@ -110,7 +112,7 @@ def differ(t: float, phase: PhaseData) -> int:
     It is zero where forces are open.
     """
     size, count, first, is_open = 0.0, phase.loaded_count, phase.bearing, phase.conditions > phase.active
-    for i in range(7 * count):
+    for i in range(LOADED * count):
         first[i] = phase.at_loads[i]
     for j in range(count):
         size = greater(size, load_of(first, j))
@@ -120,9 +122,9 @@ def differ(t: float, phase: PhaseData) -> int:
             if loaded(t, phase) == 0:
                 return 0
             phase.loads[j] = 0.0
-        for i in range(7 * count):
+        for i in range(LOADED * count):
             phase.per_load[j, i] = 0.0 if is_open else (phase.at_loads[i] - first[i]) / size
-    for i in range(7 * count):
+    for i in range(LOADED * count):
         phase.at_loads[i] = first[i]
     return 1
 
@@ -130,21 +132,21 @@ def differ(t: float, phase: PhaseData) -> int:
 @compiled
 def newton(phase: PhaseData) -> None:
     """Move ``loads`` to P = r (|F_a| + |F_b|) of forces that are affine in P, and ``at_loads`` with them."""
-    F, A, count = phase.at_loads, phase.newton, phase.loaded_count
+    F, A, b, count = phase.at_loads, phase.newton, phase.newton_step, phase.loaded_count
     for _ in range(TURNS):
         for j in range(count):
-            A[j, count] = load_of(F, j) - phase.loads[j]
+            b[j] = load_of(F, j) - phase.loads[j]
             for k in range(count):
-                A[j, k] = (1.0 if j == k else 0.0) - change_of(F, phase.per_load[k], j)
-        if eliminated(phase) == 0:
+                A[j * count + k] = (1.0 if j == k else 0.0) - change_of(F, phase.per_load[k], j)
+        if solved(A, count, b) == 0:
             return
         size, most = 0.0, 0.0
         for j in range(count):
-            step = greater(A[j, count], -phase.loads[j])
+            step = greater(b[j], -phase.loads[j])
             phase.loads[j] += step
             size, most = greater(size, abs(step)), greater(most, phase.loads[j])
-            for i in range(7 * count):
-                if i % 7 != 0:  # the first of each is its lever
+            for i in range(LOADED * count):
+                if i % LOADED != 0:  # the first of each is its lever
                     F[i] += step * phase.per_load[j, i]
         if not size > EPS * most:
             return
@@ -153,7 +155,7 @@ def newton(phase: PhaseData) -> None:
 @compiled
 def change_of(bearing: Reals, change: Reals, j: int) -> float:
     """Return the derivative of a load by that of its forces."""
-    result, F, dF = 0.0, bearing[7 * j :], change[7 * j :]
+    result, F, dF = 0.0, bearing[LOADED * j :], change[LOADED * j :]
     for place in range(2):
         square, along = 0.0, 0.0
         for i in range(1 + 3 * place, 4 + 3 * place):
@@ -162,28 +164,6 @@ def change_of(bearing: Reals, change: Reals, j: int) -> float:
         if square > 0.0:
             result += F[0] * along / root(square)
     return result
-
-
-@compiled
-def eliminated(phase: PhaseData) -> int:
-    """Set the last column of ``newton`` to the solution of its equations; return 0 if they are singular, else 1."""
-    A, count = phase.newton, phase.loaded_count
-    for k in range(count):
-        p = k
-        for i in range(k + 1, count):
-            if abs(A[i, k]) > abs(A[p, k]):
-                p = i
-        if not abs(A[p, k]) > 0.0:
-            return 0
-        for c in range(count + 1):
-            A[k, c], A[p, c] = A[p, c], A[k, c]
-        for i in range(count):
-            part = A[i, k] / A[k, k] if i != k else 0.0
-            for c in range(k, count + 1):
-                A[i, c] -= part * A[k, c]
-    for k in range(count):
-        A[k, count] /= A[k, k]
-    return 1
 
 
 @compiled
@@ -203,5 +183,5 @@ def loads_along(t: float, it: PhaseSlopes, phase: PhaseData, out: Reals) -> None
         acting[first + i], it.ways[first + i] = phase.multiplier[i], it.multiplier[i]
     it.bearings(t, it.borne, it.bearings_c, it.bearing)
     for j in range(phase.loaded_count):
-        F, dF = it.bearing[14 * j :], it.bearing[14 * j + 7 :]
+        F, dF = it.bearing[2 * LOADED * j :], it.bearing[(2 * j + 1) * LOADED :]
         out[j] = change_of(F, dF, 0) + dF[0] * load_of(F, 0) / F[0]

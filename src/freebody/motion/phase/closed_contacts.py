@@ -349,9 +349,8 @@ def balance(phase: PhaseData) -> int:
                     force_of(phase, r)[0] = x
                     r += 1
     moved(phase, w, phase.udot)
-    for closed in range(
-        phase.closed_count
-    ):  # what sticks without load needs no friction, and has none below 0
+    # what sticks without load needs no friction, and has none below 0
+    for closed in range(phase.closed_count):
         if static_friction_of(phase, phase.closed[closed]) < 0.0:
             phase.udot[0] = NAN
     return good

@@ -124,7 +124,7 @@ def _made(
         all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
         compliant_count=sum(scene.compliant), adhesive_count=sum(scene.adhesive), driven=int("power" in kernels),
         loaded_count=len(scene.loaded), laws=scene.laws, of_bearing=LOADED * len(scene.loaded),
-        after_loads=len(scene.loaded) + 1,
+        loaded_squared=len(scene.loaded) ** 2,
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         of_y=model.n_q + n + 2, extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,

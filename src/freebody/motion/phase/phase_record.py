@@ -63,8 +63,8 @@ class PhaseData(Record):
     ``presser``                 of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``loaded``                  contacts that the load of a joint presses;  ``bearing``: outputs of ``bearings``
     ``pressure``                of each contact: that load, else 0;  ``unloaded``: ``free`` without friction under it
-    ``loads``, ``at_loads``, ``per_load``, ``newton``    these loads, one after another; ``bearing`` at them, and its
-                                change with each; equations of Newton's method (`bearings`)
+    ``loads``, ``at_loads``, ``per_load``, ``newton``, ``newton_step``    these loads, one after another; ``bearing`` at
+                                them, and its change with each; equations of Newton's method and their right sides
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
     ``share``                   friction of a slip along each tangent, per unit of normal force
@@ -176,7 +176,8 @@ class PhaseData(Record):
     loads: Annotated[Row, "loaded_count"]
     at_loads: Annotated[Row, "of_bearing"]
     per_load: Annotated[Rows, "loaded_count", "of_bearing"]
-    newton: Annotated[Rows, "loaded_count", "after_loads"]
+    newton: Annotated[Row, "loaded_squared"]
+    newton_step: Annotated[Row, "loaded_count"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]
     share: Annotated[Rows, "contacts", 2]

@@ -108,12 +108,17 @@ def _law_of(run: Run, model: Model, a: int) -> str:
     return label_of(model, int(pairs.first[slot]), int(pairs.second[slot]))
 
 
+def laws_of_rebounds(model: Model, values: Mapping[str, float]) -> dict[str, str]:
+    """Return the laws of impact of contacts that rebound, each with the name of such a contact."""
+    laws = contact_laws(model)
+    return {c.impact: c.name for c in laws if number(model, values, c.restitution, "restitution") != 0}
+
+
 def check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     """Refuse laws of contacts that the steps do not know."""
     model = kernels.model
     check_coefficients(model, values)
-    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "e") != 0]
-    kinds = {c.impact: c.name for c in bouncing}
+    kinds = laws_of_rebounds(model, values)
     if len(kinds) > 1:
         newton, poisson = kinds["newton"], kinds["poisson"]
         raise SimulationError(

@@ -12,7 +12,6 @@ import numpy as np
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.conditions.constraints import rows
 from ...model.contact import friction_varies
-from ...model.family import contact_laws
 from ...model.resistance import pressers
 from ...native.loop import Function, made
 from ..cones.islands import Islands
@@ -23,6 +22,7 @@ from ..kernels.program import Program
 from ..moreau.stepping_record import Run
 from ..ode.dense_output import Array
 from ..start.initial import number
+from .failure import laws_of_rebounds
 from .mean_motion import center
 from .stepped_kernels import FRICTION, Shape, laws_of_friction, mean_bearings, stepping
 
@@ -108,10 +108,7 @@ def memory_of(
     contacts.restitution = np.array(
         [number(model, values, c.restitution, "restitution") for c in model.contacts]
     )
-    bouncing = [c for c in contact_laws(model) if number(model, values, c.restitution, "restitution") != 0]
-    run.expansion.poisson = int(
-        any(c.impact == "poisson" for c in bouncing)
-    )  # all are (`failure.check_laws`)
+    run.expansion.poisson = int("poisson" in laws_of_rebounds(model, values))  # and no other (`check_laws`)
     _fill_friction(run, kernels)
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     contacts.pull = np.zeros(E)

@@ -87,8 +87,9 @@ def set_loads(it: EventRun) -> None:
 @compiled
 def keep_loads(it: EventRun) -> None:
     """Take the loads at the end of a phase: steps of the speeds follow it with these."""
-    if it.loads > 0:
-        it.forces(it.t, it.y, it.phase, it.speeds)
-    for k in range(it.contacts if it.loads > 0 else 0):
+    if it.loads == 0:
+        return
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    for k in range(it.contacts):
         if it.loaded[k] != 0 and math.isfinite(it.speeds[it.first[k]]):
             it.given[k] = it.load[k] = it.speeds[it.first[k]]

@@ -103,6 +103,7 @@ def collide(it: EventRun, contacts: Contacts) -> int:
     copy(it.whole, it.force, it.rows)
     it.open = impulses_decide(it, contacts) if contacts.directions < contacts.rows else 0
     look(it)
+    it.worst = greater(it.worst, contacts.residual)
     log_impact(it, contacts, before)
     remember(it, fastest, before)
     return 0
@@ -190,7 +191,6 @@ def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
     note(it, it.t)
     note(it, contacts.part)
     note(it, contacts.residual)
-    it.worst = greater(it.worst, contacts.residual)
     note(it, still)
     note_all(it, it.start, it.n_y)
     note_all(it, it.y, it.n_y)
