@@ -203,3 +203,22 @@ def pushed_block(force, mu=MU, static=None):
         force = push
     s.force("F", body.origin, (force, 0, 0))
     return s
+
+
+def ball_in_jumping_field(**laws):
+    """A ball over a floor; gravity is twice as strong from t = 0.2 s on."""
+    s = fb.System("ball")
+    g = s.parameters(g=G)
+    s.gravity = (0, -g, 0)
+    s.controller(lambda t, _: G if t < 0.19 else 2 * G, 0.2, "g", name="field")
+    ball = s.body("ball", fb.disk(1, 0.1))
+    s.planar("plane", s.ground, ball, coordinate="x y turn")
+    s.contact("floor", ball.circle(0.1), s.ground.plane(), **laws)
+    return s
+
+
+def block_kicked_by_a_change():
+    """A pushed block, and a blow when its push jumps to 10 N at t = 1 s."""
+    s = pushed_block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
+    kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
+    return s, kick

@@ -150,15 +150,20 @@ def test_impacts_by_poissons_law_under_the_load_of_a_joint():
     refused(s, {"q": -0.5}, ["mu"], message)
 
 
-def test_loads_of_joints_that_do_not_settle(monkeypatch):
-    monkeypatch.setattr("freebody.motion.contact.derivatives.impact_stages.PASSES", 1)
+def slider_struck_at(place):
+    """A box on a dry rail, and a blow on it at a place along the rail."""
     s = fb.System("slider")
     s.parameters(mu=0.3, L=0.2)
     box = s.body("box", fb.box(2, (0.3, 0.2, 0.2)))
     rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
     s.friction("dry", rail, coefficient="mu", length="L")
     s.force("weight", box.origin, (0, -20, 0))
-    hit = fb.blow(0.05, at=box.point(0.05, 0, 0), impulse=(0, 2, 0))
+    return s, fb.blow(0.05, at=box.point(place, 0, 0), impulse=(0, 2, 0))
+
+
+def test_loads_of_joints_that_do_not_settle(monkeypatch):
+    monkeypatch.setattr("freebody.motion.contact.derivatives.impact_stages.PASSES", 1)
+    s, hit = slider_struck_at(0.05)
     message = "after t = 0.05 s: the loads of joints with friction 'dry' do not settle in an impact"
     refused(s, {"x'": 1.0}, ["mu"], message, until=0.2, impulses=[hit])
 
@@ -190,13 +195,7 @@ def test_solids_whose_faces_touch():
 
 def test_a_blow_over_a_bearing_of_a_joint():
     """It falls at one of the two places of the rail; the other one bears nothing."""
-    s = fb.System("slider")
-    s.parameters(mu=0.3, L=0.2)
-    box = s.body("box", fb.box(2, (0.3, 0.2, 0.2)))
-    rail = s.slider("rail", s.ground, box, axis="x", coordinate="x")
-    s.friction("dry", rail, coefficient="mu", length="L")
-    s.force("weight", box.origin, (0, -20, 0))
-    hit = fb.blow(0.05, at=box.point(0.1, 0, 0), impulse=(0, 2, 0))
+    s, hit = slider_struck_at(0.1)
     message = (
         "one place of the joint with friction 'dry' bears no impulse there, and would if an unknown changed"
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from contact_machines import MU, G, M, pushed_block
+from contact_machines import MU, G, M, ball_in_jumping_field, block_kicked_by_a_change, pushed_block
 
 
 def test_a_ramp_makes_a_block_slip_at_the_limit_of_friction():
@@ -78,13 +78,7 @@ def test_a_sampled_brake():
 
 def test_gravity_that_jumps_is_work():
     """A ball falls with g, then with 2 g: the jump of its potential is in the ledger."""
-    s = fb.System("ball")
-    (g,) = (s.parameters(g=G),)
-    s.gravity = (0, -g, 0)
-    s.controller(lambda t, _: G if t < 0.19 else 2 * G, 0.2, "g", name="field")
-    ball = s.body("ball", fb.disk(1, 0.1))
-    s.planar("plane", s.ground, ball, coordinate="x y turn")
-    s.contact("floor", ball.circle(0.1), s.ground.plane(), restitution=0.5)
+    s = ball_in_jumping_field(restitution=0.5)
     motion = fb.simulate(s, 1, initial={"y": 1.1}, samples=101)
     v, y = G * 0.2, 1 - G * 0.02
     hit = 0.2 + (math.sqrt(v * v + 4 * G * y) - v) / (2 * G)
@@ -94,8 +88,7 @@ def test_gravity_that_jumps_is_work():
 
 def test_events_and_blows_that_a_change_calls():
     """The function of an event jumps through zero where a controller changes its input; so may that of a blow."""
-    s = pushed_block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
-    kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
+    s, kick = block_kicked_by_a_change()
     motion = fb.simulate(s, 2, events=[fb.event("push - 2 + t - 1", name="on")], impulses=[kick])
     assert [event.time for event in motion.events if event.name in ("on", "kick")] == [1.0, 1.0]
     assert motion["x'"][-1] == pytest.approx(4 / M + 10 / M - MU * G, rel=1e-9)

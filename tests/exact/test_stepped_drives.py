@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from contact_machines import MU, G, M, pushed_block
+from contact_machines import MU, G, M, ball_in_jumping_field, block_kicked_by_a_change, pushed_block
 
 STEPS = {"method": "timestepping"}
 
@@ -68,13 +68,7 @@ def test_a_sampled_brake(period, step):
 
 
 def test_gravity_that_jumps_is_work():
-    s = fb.System("ball")
-    (g,) = (s.parameters(g=G),)
-    s.gravity = (0, -g, 0)
-    s.controller(lambda t, _: G if t < 0.19 else 2 * G, 0.2, "g", name="field")
-    ball = s.body("ball", fb.disk(1, 0.1))
-    s.planar("plane", s.ground, ball, coordinate="x y turn")
-    s.contact("floor", ball.circle(0.1), s.ground.plane(), friction=0.2)
+    s = ball_in_jumping_field(friction=0.2)
     motion = fb.simulate(s, 0.3, initial={"y": 1.1, "x'": 1}, step=1e-3, samples=31, **STEPS)
     assert motion.energy.relative_residual < 1e-12 and not motion.warnings
     jump = G * (1.1 - G * 0.02)
@@ -84,8 +78,7 @@ def test_gravity_that_jumps_is_work():
 
 
 def test_events_and_blows_that_a_change_calls():
-    s = pushed_block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
-    kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
+    s, kick = block_kicked_by_a_change()
     on = fb.event("push - 2 + t - 1", name="on")
     motion = fb.simulate(s, 2, events=[on], impulses=[kick], step=0.01, **STEPS)
     assert [event.time for event in motion.events if event.name in ("on", "kick")] == [1.0, 1.0]
