@@ -272,12 +272,16 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     """Return the contact of two solids as a whole: its gap, the slip where it is least, the sum of its forces."""
     model = motion.kernels.model
     rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
-    values = {p.name: motion.numbers[p.name] for p in pair.of.parameters}
-    family = pair.of.families[pair.family]
-    poses = poses_at(rolled, values, motion.t, motion.states[:, : model.n_q + model.n_u])
-    gap, approach, slip, _ = pair_quantities(
-        rolled, values, family, (pair.first, pair.second), motion.t, poses
-    )
+    family, own, path = pair.of.families[pair.family], {p.name for p in pair.of.parameters}, phases_of(motion)
+    gap, approach, slip = np.empty(motion.t.size), np.empty(motion.t.size), np.empty((motion.t.size, 2))
+    for k, chosen in path.split(motion.t):
+        given = zip(model.parameters, path.segments[k].values(motion._parameters), strict=True)
+        values = {p.name: float(x) for p, x in given if p.name in own}
+        times, states = motion.t[chosen], motion.states[chosen]
+        poses = poses_at(rolled, values, times, states[:, : model.n_q + model.n_u])
+        gap[chosen], approach[chosen], slip[chosen], _ = pair_quantities(
+            rolled, values, family, (pair.first, pair.second), times, poses
+        )
     some = [parts[model.contacts[k].name] for k in pair.places]
     forces = np.sum([part.least for part in some], axis=0)
     modes = np.array([part.mode for part in some])

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import freebody as fb
 from contact_machines import DISK
@@ -216,3 +217,18 @@ def test_an_event_without_a_finite_state_is_refused():
     said = str(refusal(work, event_run.NO_STATE))
     assert "has no finite state at the event at t = 0 s, in a step from 0 s, as where slips lose" in said
     assert "Change the start a little, or take method='timestepping' with step=" in said
+
+
+def test_a_box_on_a_table_that_a_signal_lifts():
+    """The gap of two solids as a whole, where each piece of the signal has parameters of its own."""
+    s = fb.System("lift")
+    s.gravity = (0, 0, -9.81)
+    box, table = s.body("box", fb.box(1, (0.2, 0.1, 0.1))), s.body("table", fb.box(5, (0.4, 0.4, 0.2)))
+    s.free("f", s.ground, box)
+    height = fb.signal([0, 1, 2], [0, 0.3, 0.1], kind="cubic", ends="clamped", outside="hold")
+    s.slider("lift", s.ground, table, axis="z", coordinate=height)
+    s.contacts("c", [box.box((0.2, 0.1, 0.1)), table.box((0.4, 0.4, 0.2))], friction=0.3)
+    motion = fb.simulate(s, 1.5, initial={"f_z": 0.16}, samples=31)
+    gap = motion["f_z"] - 0.15 - CubicSpline([0, 1, 2], [0, 0.3, 0.1], bc_type="clamped")(motion.t)
+    np.testing.assert_allclose(motion.contacts["c[box,table]"].gap, gap, atol=1e-12)
+    assert gap[-1] == pytest.approx(0, abs=1e-12)
