@@ -12,7 +12,7 @@ from ...model.contact import Contact
 from ...symbolic.derivation.contact_modes import modes_of
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
-from ...symbolic.printing.latex import latex_name
+from ...symbolic.printing.latex import latex_name, latex_number
 from ..machine.configuration import Configuration
 
 MOST_NAMES = 4
@@ -119,4 +119,4 @@ def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     normal = "" if _of_joint(contact) else latex_name(contact.normal_name)
     if contact.adhesion != 0:
         normal = f"({normal} + {latex(e.state(contact.adhesion), e.ring)})"
-    return rf"$|{tangent}| = {size:.4g} \leq {most:.4g} = {mu} {normal}$"
+    return rf"$|{tangent}| = {latex_number(size, 4)} \leq {latex_number(most, 4)} = {mu} {normal}$"

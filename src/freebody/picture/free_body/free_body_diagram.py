@@ -27,6 +27,7 @@ from ...motion.trajectory.trajectory import Trajectory
 from ...symbolic.equations import Equations
 from ...symbolic.free_body.gears import undetermined_by_couplings
 from ...symbolic.printing.display import equation_latex
+from ...symbolic.printing.latex import latex_number
 from ..machine.configuration import Configuration, configuration, equations_at, modes_drawn
 from ..machine.force_arrows import OMITTED, Mark, Marks
 from ..machine.outlines import guide_of
@@ -455,7 +456,7 @@ class _Maker:
             label, value = mark.label, mark.value
             if label.startswith("-") and (mark.kind in ("reaction", "friction") or mark.law):
                 label, value = label[1:], -(value or 0.0)
-            tex = f"${label} = {_number(value)}\\ {unit}$"
+            tex = f"${label} = {'?' if value is None else latex_number(value, 4)}\\ {unit}$"
             if tex not in rows:
                 rows.append(tex)
         columns = 1 if len(rows) < 4 else 2 if len(rows) < 9 else 3
@@ -501,17 +502,6 @@ def _centered(tex: str, x: float, y: float, size: float, color: str) -> Label:
     """Return a label with its middle at (x, y)."""
     w, h = size_of(tex, size)
     return Label(tex, np.array([x - w / 2, y - h / 2]), size, color)
-
-
-def _number(value: float | None) -> str:
-    """LaTeX of a value with four digits."""
-    if value is None:
-        return "?"
-    text = f"{value:.4g}"
-    if "e" in text:
-        mantissa, exponent = text.split("e")
-        return rf"{mantissa} \times 10^{{{int(exponent)}}}"
-    return text
 
 
 def _apart(boxes: Sequence[Box], gap: float) -> list[Array]:

@@ -42,23 +42,23 @@ def _below(part: str) -> str:
     return rf"\mathrm{{{part}}}" if _WORD.fullmatch(part) else part
 
 
-def latex_number(x: complex) -> str:
-    r"""Return a number to six digits in LaTeX, with powers of ten.
+def latex_number(x: complex, digits: int = 6) -> str:
+    r"""Return a number to six digits, or to so many, in LaTeX, with powers of ten.
 
     >>> print(latex_number(1e-5), latex_number(-2.5e20), latex_number(0.25 - 1e-7j), sep="   ")
     10^{-5}   -2.5 \cdot 10^{20}   0.25 - 10^{-7} i
     """
     if isinstance(x, complex):
         if not x.imag:
-            return latex_number(x.real)
-        sign, size = ("-" if x.imag < 0 else "+"), latex_number(abs(x.imag))
+            return latex_number(x.real, digits)
+        sign, size = ("-" if x.imag < 0 else "+"), latex_number(abs(x.imag), digits)
         imaginary = f"{size} i" if size != "1" else "i"
-        return f"{latex_number(x.real)} {sign} {imaginary}" if x.real else sign.strip("+") + imaginary
-    digits, _, exponent = f"{x:.6g}".partition("e")
+        return f"{latex_number(x.real, digits)} {sign} {imaginary}" if x.real else sign.strip("+") + imaginary
+    mantissa, _, exponent = f"{x:.{digits}g}".partition("e")
     if not exponent:
-        return digits
+        return mantissa
     power = f"10^{{{int(exponent)}}}"
-    return {"1": power, "-1": f"-{power}"}.get(digits, rf"{digits} \cdot {power}")
+    return {"1": power, "-1": f"-{power}"}.get(mantissa, rf"{mantissa} \cdot {power}")
 
 
 _LABEL = re.compile(r"([A-Za-z]+[0-9]*)('*)((?:_[A-Za-z0-9]+)*)('*)(?:\((.+)\))?")
