@@ -26,6 +26,8 @@ part = Parts()
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
+FARTHEST = 0.02
+"""Greatest fraction of the step by which an event moves from the dense output to the states."""
 TOO_LONG, BRIEF = -2.0, 2.0**-32
 """Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
 for its dense output."""
@@ -294,24 +296,25 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     if not sign * slope > 0.0:
         return x
     width = 2.0 * EPS * greater(1.0, abs(run.t / run.h))
-    best = x
+    best, shift = x, math.inf
     for k in range(64):  # the last steps double, up to the end
         state_in_step(run, best)
         if not are_finite(run.point, run.n):
             return -1.0
         evaluate(run, best)
-        value = run.search.g[e]
+        value, last = run.search.g[e], abs(shift)
         shift = -value / slope
-        if sign * value >= 0.0 and (k >= 6 or abs(shift) <= width):
+        settled = k >= 6 or abs(shift) <= width or (k > 1 and 2.0 * abs(shift) > last)  # round-off is left
+        if sign * value >= 0.0 and settled:
             return best
-        if k < 6 and abs(shift) > width:
-            if abs(best + shift - x) > 0.02:
+        if not settled:
+            if abs(best + shift - x) > FARTHEST:
                 return -1.0
             best = lesser(1.0, greater(0.0, best + shift + width / 4.0))  # just beyond the zero
         elif best == 1.0:
-            return -1.0 if best - x > 0.02 else x
+            return -1.0 if best - x > FARTHEST else x
         else:
-            best = lesser(1.0, best + width)
+            best = lesser(1.0, best + greater(width, abs(shift)))
             width *= 2.0
     return x
 
@@ -329,8 +332,10 @@ def log_events(run: Run, count: int, rejects: int) -> float:
     If ``rejects`` is 1, return `TOO_LONG` if the step is: the states have no zero where the dense output has one of a
     guarded function, or the iteration of the method does not converge for the shorter step to an event.
     """
-    search, t, h = run.search, run.t, run.h
+    search, t, h, first = run.search, run.t, run.h, math.inf
     for k in range(count):
+        if search.zero_x[k] > first + FARTHEST:  # the run stops before it
+            break
         e, sign = search.zero_number[k], search.zero_sign[k]
         x = refined_event(run, e, sign, search.zero_x[k])
         if x < 0.0:
@@ -339,6 +344,8 @@ def log_events(run: Run, count: int, rejects: int) -> float:
                 return TOO_LONG
         if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
             x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))
+        if search.terminal[e] != 0 and x > 0.0:
+            first = lesser(first, x)
         insert_event(run, k, x, e, sign)
     stop, latest = -1.0, search.reach
     for k in range(count):
