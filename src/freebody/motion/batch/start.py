@@ -147,7 +147,7 @@ class Lanes:
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
             return y[None], {}, (), ()
-        names = [*self.model.coordinate_names, *self.model.speed_names]
+        names = self.model.state_names
         quaternions = quaternions_by_joint(self.model)
         result = np.tile(y, (self.count, 1))
         named: set[int] = set()

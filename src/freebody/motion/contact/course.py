@@ -15,8 +15,8 @@ from ...model.contact import friction_margin
 from ...model.model import Model
 from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
-from ..kernels.program import Program
-from ..ode.dense_output import Array, Path, observe
+from ..kernels.program import Program, at_states
+from ..ode.dense_output import Array, Path
 from ..phase.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
@@ -321,10 +321,7 @@ def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> li
         parts.append(
             (
                 chosen,
-                [
-                    observe(program.address(f), program.outputs(f), times, states, constants)
-                    for f in functions
-                ],
+                [at_states(program, f, times, states, constants) for f in functions],
             )
         )
     result = []

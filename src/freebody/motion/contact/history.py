@@ -13,7 +13,7 @@ from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constraints import linearized
 from ...dynamics.conditions.contact import contact_rows
 from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
-from ...dynamics.state import float_state
+from ...dynamics.state import state_at
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
@@ -228,7 +228,7 @@ class History:
     def _happening(
         self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
     ) -> Happening:  # fmt: skip
-        names = (*self.work.model.coordinate_names, *self.work.model.speed_names)
+        names = self.work.model.state_names
         first, last = (dict(zip(names, y.tolist(), strict=False)) for y in (before, after))
         return Happening(t, name, 0, first, text, last, warnings)
 
@@ -388,7 +388,7 @@ def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
     if not limits(work.model):
         return ()
     mine, y = slice(work.n, work.n + work.n_u), hit.before
-    state = float_state(work.model, y[: work.n].tolist(), y[mine].tolist(), hit.t, work.values)
+    state = state_at(work.model, y, hit.t, work.values)
     M: Any = np.array(mass_matrix(work.model, state))
     W: Any = np.array(contact_rows(work.model, state).matrix)
     active, conditions = list(work.scene.kernels.active), linearized(work.model, state).matrix

@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.bearing_loads import shared
-from ...dynamics.state import float_state
+from ...dynamics.state import state_at
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
+from ..kernels.program import at_state
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
-from ..ode.dense_output import Array, outputs_at
+from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
 from ..phase.snapshot import Snapshot
 from ..start.fitting import refuse_misfits
@@ -148,10 +149,7 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
         check_blows(
             model, [blow], "the blow has a restitution of its own, of a surface that s.contact describes"
         )
-    y = np.array(it.y)
-    state = float_state(
-        model, y[: model.n_q].tolist(), y[model.n_q :][: model.n_u].tolist(), it.t, work.values
-    )
+    state = state_at(model, np.array(it.y), it.t, work.values)
     blown: list[Any] = []
     for law in (contact.law for contact in model.contacts if contact.loaded):
         reaction = hit.reactions[law.joint.name]
@@ -225,6 +223,5 @@ def changed(work: ContactRun) -> bool:
 
 def watched(work: ContactRun, y: Array) -> Array:
     """Return the functions of the user's events, and of those that call blows."""
-    program, phase = work.memory.program, work.memory.phase
-    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, phase)
-    return outputs[: len(work.specs)]
+    memory = work.memory
+    return at_state(memory.program, "watched", work.it.t, y, memory.phase)[: len(work.specs)]

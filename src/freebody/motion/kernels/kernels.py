@@ -118,7 +118,7 @@ class Kernels:
     def names(self) -> tuple[str, ...]:
         """Names of the components of y."""
         work = ("work",) if self.works else ()
-        return (*self.model.coordinate_names, *self.model.speed_names, *work)
+        return (*self.model.state_names, *work)
 
     def values(self, overrides: Mapping[Any, Any] | None) -> dict[str, float]:
         """Return the values of all parameters by name (:meth:`Model.values`). The defaults are read once."""

@@ -154,7 +154,7 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
     if len(times) < 2:
         return None
     n_q, h = kernels.model.n_q, np.diff(times)[:, None]
-    speeds = observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    speeds = rates.along(times, states)[:, :n_q]
     inside = np.repeat(states[:-1], len(INSIDE), axis=0)
     q0, d, v0, v1 = (
         x[:, None, :]
@@ -176,7 +176,7 @@ def _between(
     both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
-    speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    speeds = h * rates.along(times, states)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
     z = z[:, None]
     d, between = q1 - q0, np.repeat(states[:1], len(z), axis=0)

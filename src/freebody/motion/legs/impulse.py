@@ -12,7 +12,7 @@ from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.conditions.constrained import independent_rows
 from ...dynamics.kinematics import place_of, rotation
-from ...dynamics.state import State, float_state
+from ...dynamics.state import State, state_at
 from ...errors import ModelError, arguments_named, nearest
 from ...model.assemble import assemble
 from ...model.model import Model
@@ -120,7 +120,7 @@ def impulse(
             y, active = closed_start(kernels_of(model), numbers, initial or {}, near or {}, begin, False)
         else:
             y, active = initial_state(model, numbers, initial or {}), ()
-        state = float_state(model, y[: model.n_q].tolist(), y[model.n_q :].tolist(), begin, values)
+        state = state_at(model, y, begin, values)
         jumps = float_jumps(model, state, active or independent_rows(model, state))
     if normal is not None or restitution is not None:
         if impulse is not None or normal is None or restitution is None:
@@ -296,7 +296,7 @@ def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Expression | None)
     if not isinstance(initial, Mapping):
         raise ModelError(f"Expected initial values by name, such as {{'theta': 0}}, got {initial!r}.")
     vocabulary = Vocabulary(e)
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     elements = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
     quaternions = {link.joint: link.quaternion for link in model.links if link.own}
     for key, value in initial.items():

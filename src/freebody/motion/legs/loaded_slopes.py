@@ -16,7 +16,8 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...errors import NoDerivativesError
-from ..ode.dense_output import Array, outputs_at
+from ..kernels.program import at_state
+from ..ode.dense_output import Array
 from ..phase.candidate_slopes import bearing_slopes
 
 NONE = 1e-12
@@ -141,7 +142,5 @@ class _Bearing:
         program = bearing_slopes(slopes.scene.candidates, slopes.symbols)
         given = np.concatenate([self.hit.before[: self.moved], acting, direction, change])
         constants = program.constants(slopes.parameters)
-        found = outputs_at(
-            program.address("bearings"), program.outputs("bearings"), self.hit.t, given, constants
-        )
+        found = at_state(program, "bearings", self.hit.t, given, constants)
         return found[at : at + LOADED], found[at + LOADED : at + 2 * LOADED]

@@ -63,7 +63,7 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
         raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
     texts = model.names.texts
     parameters = {p.name: p.symbol for p in model.parameters}
-    starts = [*model.coordinate_names, *model.speed_names]
+    starts = model.state_names
     result: list[Unknown] = []
     for key in names:
         name = model.names.text_of(key)

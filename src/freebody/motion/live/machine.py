@@ -163,7 +163,7 @@ class LiveMachine:
         """Names of the components of the state."""
         if self.touching is None:
             return self.setting.kernels.names
-        return (*self.model.coordinate_names, *self.model.speed_names, "work", "heat of friction")
+        return (*self.model.state_names, "work", "heat of friction")
 
     # -- memory -----------------------------------------------------------------------------------------------
 

@@ -34,8 +34,7 @@ from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
-from ..kernels.program import Program
-from ..ode.dense_output import observe
+from ..kernels.program import Program, at_state
 from .initial import named_state, quaternions_by_joint
 
 Array = NDArray[np.float64]
@@ -77,7 +76,7 @@ def _as_named(
     model: Model, unknowns: Sequence[Any], start: Array, values: Mapping[str, float], named: Mapping[Any, Any]
 ) -> Array:
     """Return the s_j of the named values and of the unknowns, with all other values fixed at ``start``."""
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     result = np.zeros((len(unknowns), len(names)))
     quaternions = quaternions_by_joint(model)
     symbols = {p.symbol: values[p.name] for p in model.parameters}
@@ -171,12 +170,9 @@ class _Search:
         """Return a function of the program, and its derivatives by rows."""
         rest = np.zeros(self.model.n_u + len(self.kernels.on_speeds))
         state = np.concatenate([y, slopes.ravel(), *(more or (rest,))])
-        count = self.program.outputs(function)
-        outputs = observe(
-            self.program.address(function), count, np.array([self.t]), state[None], self.constants
-        )
+        outputs = at_state(self.program, function, self.t, state, self.constants)
         if function == "masses":
-            return outputs[0], outputs[1:]
+            return outputs, np.empty(0)
         values = outputs.reshape(1 + len(self.unknowns), -1)
         return values[0], values[1:]
 

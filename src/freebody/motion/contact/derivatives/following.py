@@ -273,7 +273,7 @@ class _Following:
     def struck(self, entry: Entry) -> Struck:
         """Return a blow of the log."""
         told, model = self.history.told[entry.marks[0]], self.slopes.model
-        names = (*model.coordinate_names, *model.speed_names)
+        names = model.state_names
         before, after = (np.array([of[x] for x in names]) for of in (told.state, told.after))
         return Struck(self.history.work.struck[entry.marks[0]], told.time, before, after)
 

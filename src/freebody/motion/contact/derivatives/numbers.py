@@ -13,9 +13,9 @@ from ....errors import NoDerivativesError, SimulationError
 from ....scalar.algebra import Expression, Scalar
 from ...ending import End
 from ...kernels.contact_quantities import OfContacts
-from ...kernels.program import Program
+from ...kernels.program import Program, at_states
 from ...kernels.switches import value_of
-from ...ode.dense_output import Array, Crossing, observe
+from ...ode.dense_output import Array, Crossing
 from ...phase.candidate_slopes import along
 from ...trajectory.computed_motion import ComputedMotion
 from ...trajectory.event import expressions_of
@@ -89,10 +89,10 @@ class TouchingNumbers:
         of, n = _slopes(segment), self.of.moved
         y = segment.path.sample(times)[:, : n + 2]
         motion = segment.kernels.motion()
-        f = observe(motion.address("rates"), n + 2, times, y, motion.constants(of.parameters))[:, :n]
+        f = at_states(motion, "rates", times, y, motion.constants(of.parameters))[:, :n]
         given = np.hstack([y[:, :n], f, np.ones((len(times), 1)), np.zeros((len(times), len(of.symbols)))])
         program = self._program(quantity)
-        return observe(program.address("course"), 2, times, given, program.constants(of.parameters))
+        return at_states(program, "course", times, given, program.constants(of.parameters))
 
     def _at_peak(self, quantity: Expression, one: Peak) -> Array:
         """Return the derivatives of a value that may be the greatest."""
@@ -226,7 +226,7 @@ class TouchingNumbers:
 
     def _values(self, of: Slopes, quantity: Expression, times: Array, given: Array) -> Array:
         program = self._program(quantity)
-        return observe(program.address("slope"), 1, times, given, program.constants(of.parameters))
+        return at_states(program, "slope", times, given, program.constants(of.parameters))
 
     def _program(self, quantity: Expression) -> Program:
         slopes, model = self.of, self.of.model

@@ -23,7 +23,8 @@ import numpy as np
 
 from ...events import event_run
 from ...events.event_run import STILL
-from ...ode.dense_output import Array, observe
+from ...kernels.program import at_states
+from ...ode.dense_output import Array
 from ...phase.laws import CLOSED
 from ...phase.scene import LIMIT, Phase
 from ...trajectory.phases import Segment
@@ -74,8 +75,7 @@ def check_passing(slopes: Slopes, last: Segment, k: int, why: int, rate: float, 
     path, grazes = last.path, rate == 0
     if why == event_run.GAP_CLOSED:
         program = last.kernels.contact()
-        constants = program.constants(slopes.parameters)
-        gaps = observe(program.address("gap"), program.outputs("gap"), path.times, path.states, constants)
+        gaps = at_states(program, "gap", path.times, path.states, program.constants(slopes.parameters))
         # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
         lasted = path.end - path.start
         grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(tolerance) * np.abs(gaps[:, k]).max()

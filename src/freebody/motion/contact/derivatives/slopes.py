@@ -12,6 +12,7 @@ import numpy as np
 from ....errors import NoDerivativesError
 from ....native import loop
 from ...kernels.kernels import Kernels
+from ...kernels.program import at_state
 from ...legs.driven_slopes import inputs_of
 from ...legs.variation import Unknown
 from ...ode.dense_output import Array, Rates, outputs_at
@@ -79,7 +80,7 @@ class Slopes:
 
     def look(self, t: float, y: Array) -> Snapshot:
         """Return the contacts at a state."""
-        return self.scene.at(t, row(y), self.looking)
+        return self.scene.at(t, np.ascontiguousarray(y, dtype=float), self.looking)
 
     def _of(self, phase: Phase) -> tuple[PhaseSlopes, Array]:
         key = id(phase)
@@ -104,10 +105,7 @@ class Slopes:
 
     def velocity(self, phase: Phase, t: float, y: Array) -> Array:
         """Return (q', u') in a phase."""
-        program, constants = phase.motion(), self._of(phase)[1]
-        return outputs_at(program.address("rates"), program.outputs("rates"), t, row(y), constants)[
-            : self.moved
-        ]
+        return at_state(phase.motion(), "rates", t, y, self._of(phase)[1])[: self.moved]
 
     def forces(self, phase: Phase, t: float, y: Array) -> Array:
         """Return the contact forces in a phase."""
@@ -119,8 +117,7 @@ class Slopes:
 
     def _contact(self, name: str, phase: Phase, t: float, y: Array) -> Array:
         program = phase.contact()
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y), constants)
+        return at_state(program, name, t, y, program.constants(self.parameters))
 
     def along(
         self, phase: Phase, t: float, y: Array, s: Array, tau: float = 0.0, dp: Any = None
@@ -164,18 +161,14 @@ class Slopes:
     def _output(self, name: str, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         program = candidate_slopes(self.scene.candidates, self.symbols)
         given = np.concatenate([y[: self.moved], w, s, [tau], dp])
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, given, constants)
+        return at_state(program, name, t, given, program.constants(self.parameters))
 
     # -- outputs of contacts -----------------------------------------------------------------------
 
     def outputs(self, k: int, t: float, y: Array) -> Array:
         """Return the outputs of a contact's kernel."""
         program, (name, own) = self.scene.candidates.program(), self.scene.candidates.kernel_of(k)
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)[
-            own
-        ]
+        return at_state(program, name, t, y[: self.moved], program.constants(self.parameters))[own]
 
     def own(self, touches: Array, k: int) -> Array:
         """Return the outputs of a contact among those of all."""
@@ -260,8 +253,3 @@ def without_derivative(name: str) -> NoDerivativesError:
         f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
         f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
     )
-
-
-def row(y: Array) -> Array:
-    """Return numbers as a contiguous row."""
-    return np.ascontiguousarray(y, dtype=float)

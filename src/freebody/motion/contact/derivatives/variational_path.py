@@ -18,8 +18,9 @@ import numpy as np
 
 from ...ending import FAILED, End
 from ...kernels import switches
+from ...kernels.program import at_states
 from ...legs.switch_slopes import SwitchingLaws, least_rate, passed
-from ...ode.dense_output import Array, Path, Rates, observe
+from ...ode.dense_output import Array, Path, Rates
 from ...ode.integration import Integration
 from ...phase.scene import Phase
 from ...trajectory.phases import Segment
@@ -94,7 +95,7 @@ class VariationalPath:
         program, n = self.phase.motion(), self.slopes.moved
         constants = program.constants(self.slopes.parameters)
         own = states[:, : n + 2]
-        f = observe(program.address("rates"), program.outputs("rates"), times, own, constants)[:, :n]
+        f = at_states(program, "rates", times, own, constants)[:, :n]
         return np.hstack(
             [own, states[:, n + 2 :] - np.einsum("j,ti->tji", self.shifts, f).reshape(len(times), -1)]
         )
@@ -215,7 +216,7 @@ def _splits(slopes: Slopes, phase: Phase, own: Path) -> tuple[list[float], list[
     constants = program.constants(slopes.parameters)
     for k in slipping(slopes, phase):
         at = slopes.scene.first[k]
-        rates = observe(program.address("rate"), program.outputs("rate"), own.times, own.states, constants)
+        rates = at_states(program, "rate", own.times, own.states, constants)
         speeds = np.linalg.norm(rates[:, at + 1 : at + 3], axis=1)
         least, length = SLOW * speeds.max(), own.end - own.start
         parts = [length / 10**i for i in range(1, DECADES)]
