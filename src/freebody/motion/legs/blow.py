@@ -253,8 +253,7 @@ def hit_by(kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blo
 
     model = kernels.model
     unresisted = Equations(model)  # contacts stop a body in the impact that follows the blow
-    names = model.state_names
-    before = dict(zip(names, y.tolist(), strict=False))
+    before = dict(zip(model.state_names, y.tolist(), strict=False))
     try:
         return struck(unresisted, initial=before, values=numbers, t=t, **blow.options)
     except ModelError as error:
@@ -271,7 +270,7 @@ def speeds_after(kernels: Kernels, y: Any, hit: Any) -> Any:
 def happening_of(kernels: Kernels, t: float, name: str, y: Any, after: Any, warnings: Any) -> Happening:
     """Return the event of a blow with the states before and after it."""
     model = kernels.model
-    names = model.state_names
-    first, last = (dict(zip(names, state.tolist(), strict=False)) for state in (y, after))
-    jumps = ", ".join(f"{u} {first[u]:.6g} → {last[u]:.6g}" for u in model.speed_names if last[u] != first[u])
-    return Happening(t, name, 0, first, f"{name}: {jumps or 'no speed changes'}", last, warnings)
+    speeds = zip(model.speed_names, y[model.n_q :].tolist(), after[model.n_q :].tolist(), strict=False)
+    jumps = ", ".join(f"{u} {first:.6g} → {last:.6g}" for u, first, last in speeds if last != first)
+    text = f"{name}: {jumps or 'no speed changes'}"
+    return Happening.between(model.state_names, t, name, (y, after), text, warnings)

@@ -384,9 +384,8 @@ def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Hap
     G = Entries(program.entries(numbers), program.rows, program.columns)
     names = names_of_dependent(model, G, numbers[-2 * n : -n], kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
-    state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (
         f"{' and '.join(shown)} become{'s' if len(names) == 1 else ''} dependent, as where bars come into line: the "
         "machine could go on in more ways than one, and keeps to its branch"
     )
-    return Happening(meeting, names[0], 0, state, text, state)
+    return Happening.between(kernels.names, meeting, names[0], (y, y), text)

@@ -44,7 +44,7 @@ from ..trajectory.phases import joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
-from .number_derivatives import NumberDerivatives
+from .number_derivatives import NumberDerivatives, Numbers
 from .sided_variation import SidedVariation
 from .switch_slopes import check_others, least_rate, passed, switching_laws
 from .variation import Unknown, Variation, unknowns_of
@@ -219,7 +219,7 @@ class Derivatives:
 
     def of(self, motion: ComputedMotion) -> Sensitivity:
         """Return the derivatives of a motion."""
-        return Sensitivity(motion, self)
+        return Sensitivity(motion, self.variation, NumberDerivatives(motion, self.variation, self.shifts))
 
 
 class Sensitivity(Mapping[Any, Array]):
@@ -231,10 +231,11 @@ class Sensitivity(Mapping[Any, Array]):
     :meth:`times` has derivatives of times of events. Iterates over coordinates and speeds.
     """
 
-    def __init__(self, trajectory: ComputedMotion, derivatives: Derivatives) -> None:
-        self._trajectory, self.variation = trajectory, derivatives.variation
-        self.unknowns = tuple(unknown.name for unknown in self.variation.unknowns)
-        self.numbers = NumberDerivatives(trajectory, self.variation, derivatives.shifts)
+    numbers: Numbers
+
+    def __init__(self, trajectory: ComputedMotion, variation: Variation, numbers: Numbers) -> None:
+        self._trajectory, self.variation, self.numbers = trajectory, variation, numbers
+        self.unknowns = tuple(unknown.name for unknown in variation.unknowns)
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, tuple) or len(key) != 2:
@@ -311,15 +312,22 @@ class Sensitivity(Mapping[Any, Array]):
         >>> motion.sensitivity.times("hit", "y'").round(9)  # t = 2 v/g
         array([0.2038736])
         """
-        trajectory = self._trajectory
-        specs = [spec.name for spec in trajectory.specs]
-        name = event.name if isinstance(event, EventSpec) else event
-        if name not in specs:
-            cure = nearest(str(name), specs) if specs else "The run has no events=."
+        names, name = self._with_times(), event.name if isinstance(event, EventSpec) else event
+        if name not in names:
+            cure = nearest(str(name), names) if names else "The run has no events=."
             raise SimulationError(f"Unknown event '{name}' in trajectory.sensitivity.times; {cure}")
-        rows = [self.numbers.event(x) for x in trajectory.path.crossings if specs[x.number] == name]
+        rows = self._of_times(name)
         result = np.array(rows).reshape(len(rows), len(self.unknowns))
         return result if unknown is None else result[:, self._place(unknown)]
+
+    def _with_times(self) -> list[str]:
+        """Return the names of what has times."""
+        return [spec.name for spec in self._trajectory.specs]
+
+    def _of_times(self, name: str) -> list[Array]:
+        """Return the derivatives of each time of what has a name."""
+        specs, crossings = self._trajectory.specs, self._trajectory.path.crossings
+        return [self.numbers.event(x) for x in crossings if specs[x.number].name == name]
 
     def _place(self, unknown: Any) -> int:
         name = self._trajectory.kernels.model.names.text_of(unknown)

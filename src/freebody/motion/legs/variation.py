@@ -282,5 +282,10 @@ class Variation:
             return y[-1] if self.kernels.works else 0
         if quantity == "work_rate":
             return total_power(model, state, motion(model, state, self.kernels.active))
-        parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
-        return sum((part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0)
+        return energy_named(model, state, quantity)
+
+
+def energy_named(model: Model, state: State, name: str) -> Scalar:
+    """Return the kinetic or the potential energy, or their sum, by its name."""
+    parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
+    return sum((part(model, state) for one, part in parts.items() if name in (one, "energy")), 0)

@@ -27,7 +27,7 @@ from ...ode.integration import Integration
 from ...request import Problem
 from ...trajectory.phases import Phases, Segment
 from ...trajectory.progress import Progress
-from ..history import Entry, History
+from ..history import Entry, History, impact_of
 from .impact_slopes import Impact, bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
@@ -298,16 +298,14 @@ class _Following:
         was_open = [last is None or last.kernels.modes[k] == "open" for k in range(len(self.scene.first))]
         for entry in moment.entries:
             if entry.kind == event_run.IMPACT:
-                at = 4 + 2 * (self.moved + 2)
-                for k in entry.marks[2:]:
-                    approaches, own = entry.numbers[at] < -entry.numbers[3], self.scene.presser[k] < 0
-                    if not own:
-                        pass  # it closes with its contact
-                    elif was_open[k] and approaches:
+                hit = impact_of(self.history.work, entry)
+                for k, speed in zip(hit.chosen, hit.speeds, strict=True):
+                    if not was_open[k] or self.scene.presser[k] >= 0:
+                        pass  # resistance closes with its contact
+                    elif speed < -hit.still:
                         result.setdefault(k, event_run.GAP_CLOSED)
-                    elif was_open[k]:
+                    else:
                         others.add(k)
-                    at += 3 + self.scene.tangents[k]
             elif entry.kind == event_run.NOTE:
                 for k, before, _, why in notes_of(entry, len(self.scene.first)):
                     if self.ends_itself(k, before, why, last, was_open[k]):
@@ -378,14 +376,8 @@ class _Following:
 
     def impact(self, entry: Entry) -> Impact:
         """Return an impact of the log."""
-        slopes, n_y, numbers = self.slopes, self.moved + 2, entry.numbers
-        t, part, _, still = numbers[:4].tolist()
-        chosen, at, impulses = entry.marks[2:], 4 + 2 * n_y, np.zeros(self.scene.rows)
-        if entry.marks[0]:
-            raise refused(slopes, t, "the impulses of an impact are indeterminate, and decide the motion")
-        for k in chosen:
-            size, first = 1 + self.scene.tangents[k], self.scene.first[k]
-            impulses[first : first + size] = numbers[at + 2 : at + 2 + size]
-            at += 2 + size
-        before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
-        return Impact(t, before, after, chosen, impulses, part, still)
+        hit = impact_of(self.history.work, entry)
+        if hit.open:
+            what = "the impulses of an impact are indeterminate, and decide the motion"
+            raise refused(self.slopes, hit.t, what)
+        return Impact(hit.t, hit.before, hit.after, hit.chosen, hit.impulses, hit.part, hit.still)
