@@ -17,7 +17,7 @@ from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
 from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, Vector
-from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
+from .contact import LETTERS, Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
 from .patched import Patched, contacts_of, corners_on, parts_of, places_of
 from .resistance import ROLLING, SPINNING, resistances
@@ -81,7 +81,7 @@ class Family:
         """Return the contact of two members as one of its own."""
         a, b = self.members[first], self.members[second]
         name = self.label(first, second)
-        tangents, law = ("T",) if self.tangents == 1 else ("T1", "T2"), self.law
+        tangents, law = LETTERS[self.tangents], self.law
         return Contact(
             name, self.name, a.shape, b.shape, law.friction, law.static_friction, law.restitution, law.impact,
             self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),

@@ -112,9 +112,7 @@ def choose_features(work: ContactRun) -> None:
     it, patches = work.it, work.patches
     if patches is None:
         return
-    search, count = work.memory.steps.search, work.memory.steps.events
-    numbers = search.log_numbers[:count][search.log_times[:count] == it.t]
-    numbers -= len(work.specs) + work.scene.laws
+    numbers = ended_by(work) - (len(work.specs) + work.scene.laws)
     if 0 in numbers or 1 in numbers:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
         it.reason[np.array(it.reason) == event_run.BLOW] = reason
@@ -173,12 +171,22 @@ def log(work: ContactRun, kind: int, number: int) -> None:
 
 def blows(work: ContactRun) -> None:
     """Let the blows act whose events end the phase."""
+    for which in (ended_by(work) - work.asked).tolist():
+        if 0 <= which < len(work.called):
+            called(work, which)
+
+
+def ended_by(work: ContactRun) -> Any:
+    """Return the numbers of the functions that are zero now, at the end of a phase."""
     search, count = work.memory.steps.search, work.memory.steps.events
-    for number, time in zip(search.log_numbers[:count], search.log_times[:count], strict=True):
-        which = int(number) - work.asked
-        if 0 <= which < len(work.called) and time == work.it.t and work.counts[which] > 0:
-            work.counts[which] -= 1
-            struck(work, work.called[which])
+    return search.log_numbers[:count][search.log_times[:count] == work.it.t]
+
+
+def called(work: ContactRun, which: int) -> None:
+    """Let a blow act that an event calls for, if it may once more."""
+    if work.counts[which] > 0:
+        work.counts[which] -= 1
+        struck(work, work.called[which])
 
 
 # -- signals and controllers -----------------------------------------------------------------------------
@@ -213,9 +221,8 @@ def changed(work: ContactRun) -> bool:
             work.memory.fit_entry()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
-        elif work.counts[k - work.asked] > 0:
-            work.counts[k - work.asked] -= 1
-            struck(work, work.called[k - work.asked])
+        else:
+            called(work, int(k) - work.asked)
     if ends:
         code("break_off")(it, End.TERMINAL)
     return ends

@@ -144,6 +144,12 @@ class Kernels:
         """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
+    def rates_of(self, state: State) -> list[Scalar]:
+        """Return y' on a tape: the rates of the coordinates and speeds, and the power of the work if there is any."""
+        moving = motion(self.model, state, self.active)
+        rates: list[Scalar] = [*coordinate_rates(self.model, state), *moving.udot]
+        return [*rates, total_power(self.model, state, moving)] if self.works else rates
+
     def recorded(self) -> tuple[Tape, State, list[Scalar]]:
         """Return a new tape, the state on it, and the constants of a run: the parameters."""
         tape = Tape()

@@ -84,14 +84,9 @@ def blow(
     >>> print(motion.events)
     t = 1 s: kick: x' 0 → 2
     """
-    options = {
-        "at": at,
-        "impulse": impulse,
-        "moment": moment,
-        "frame": frame,
-        "normal": normal,
-        "restitution": restitution,
-    }
+    options = dict(  # those of `impulse`
+        at=at, impulse=impulse, moment=moment, frame=frame, normal=normal, restitution=restitution
+    )
     return Blow(when, str(name), options, count)
 
 

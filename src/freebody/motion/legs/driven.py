@@ -265,26 +265,18 @@ def _answers(
         yield name, result
 
 
+_FIXED = (
+    "mass", "center", "inertia", "armature", "rotor", "rotation", "position", "axis", "pitch", "displacement",
+)  # fmt: skip
+"""Data of a link that do not jump."""
+
+
 def _check_inputs(model: Model) -> None:
     """Refuse inputs outside of loads and gravity: they would move masses by jumps."""
     names = {name: controller.name for controller in model.controllers for name in controller.inputs}
     if not names:
         return
-    fixed: list[Any] = [
-        (
-            link.mass,
-            link.center,
-            link.inertia,
-            link.armature,
-            link.rotor,
-            link.rotation,
-            link.position,
-            link.axis,
-            link.pitch,
-            link.displacement,
-        )
-        for link in model.links
-    ]
+    fixed: list[Any] = [getattr(link, name) for link in model.links for name in _FIXED]
     fixed += [(family.law, [member.shape for member in family.members]) for family in model.families]
     fixed += [model.constraints, list(model.contacts)]
     for symbol in symbols_of(fixed):

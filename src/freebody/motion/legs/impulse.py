@@ -26,7 +26,7 @@ from ...symbolic.impulses.impulse import Struck
 from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ...symbolic.solving.vocabulary import Vocabulary
 from ..kernels.kernels import kernels_of
-from ..start.initial import initial_state, number
+from ..start.initial import initial_state, number, quaternions_by_joint
 from ..start.loop_closure import closed_start
 
 
@@ -298,9 +298,9 @@ def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Expression | None)
     vocabulary = Vocabulary(e)
     names = model.state_names
     elements = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
-    quaternions = {link.joint: link.quaternion for link in model.links if link.own}
+    quaternions = quaternions_by_joint(model)
     for key, value in initial.items():
-        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        name = model.names.text_of(key)
         if name in quaternions:
             parts: Sequence[Any] = value.as_quaternion() if isinstance(value, Rotation) else value
             for k, part in enumerate(parts):

@@ -97,7 +97,7 @@ class LiveMachine:
         result: dict[int, Any] = {}
         for i, key in names.items():
             value = setting.initial[key]
-            name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+            name = model.names.text_of(key)
             if name in quaternions:
                 part = None if isinstance(value, Rotation) else value[i - quaternions[name]]
                 value = numbers[i] if part is None else part
