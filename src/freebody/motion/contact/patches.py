@@ -204,7 +204,7 @@ class Patches:
                 normal = patch.points[rows.index(list(one)), 3:6]
                 self.values.update(self._numbers(p, place, one, normal))
         for place in places.keys() - kept.keys():
-            self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
+            self._count(pair, place, False)
         it.used[p] = len(kept) or -1
         for k, (place, one) in enumerate(kept.items(), start=start):
             it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.places[place]

@@ -38,6 +38,8 @@ from .variational_path import Switch, VariationalPath, pieces, straight_path, sw
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
 TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
+OF_THE_PRESSER = event_run.GAP_CLOSED, event_run.NORMAL_ZERO, *ENDS_OF_SIDES
+"""Reasons of what resists rolling or spinning that are those of its contact."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
 NONE = 1e-9
@@ -220,8 +222,7 @@ class _Following:
             self.check_start(list(events), r, t)
         else:
             times = self.slopes_of_times(last, events, r, shifts, self.landing(moment, sigma=r, tau=tau))
-            names = [f"contact '{slopes.model.contacts[k].name}'" for k in events]
-            found = [*zip(names, times, strict=True), *others]
+            found = [*zip(map(slopes.title, events), times, strict=True), *others]
         if found:
             tau = found[0][1]
         for name, other in found[1:]:
@@ -313,17 +314,12 @@ class _Following:
             elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
                 raise refused(slopes, t, "bounces or slips of several contacts end together there")
         for k in others - set(result):
-            name = slopes.model.contacts[k].name
-            raise refused(slopes, t, f"contact '{name}' touches, without approaching, as others collide")
+            raise refused(slopes, t, f"{slopes.title(k)} touches, without approaching, as others collide")
         return result
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
         """Return True if the mode of a contact ends by a function of its own."""
-        if self.scene.presser[k] >= 0 and why in (
-            event_run.GAP_CLOSED,
-            event_run.NORMAL_ZERO,
-            *ENDS_OF_SIDES,
-        ):
+        if self.scene.presser[k] >= 0 and why in OF_THE_PRESSER:
             return False
         if why == event_run.GAP_CLOSED:
             return last is not None and was_open
@@ -365,14 +361,10 @@ class _Following:
         y = self.history.states[0]
         for k in events:
             for s, dp, unknown in zip(S, self.slopes.seeds, self.slopes.unknowns, strict=True):
-                gap = self.slopes.of_contact(k, t, y, s, 0.0, dp)[0]
+                gap = self.slopes.of_contact(k, t, y, s, 0.0, dp).gap
                 if abs(gap) > self.alike * np.abs(s).max(initial=0.0):
-                    name = self.slopes.model.contacts[k].name
-                    raise refused(
-                        self.slopes,
-                        t,
-                        f"contact '{name}' begins closed, and would not if '{unknown.name}' changed",
-                    )
+                    what = f"{self.slopes.title(k)} begins closed, and would not if '{unknown.name}' changed"
+                    raise refused(self.slopes, t, what)
 
     def impact(self, entry: Entry) -> Impact:
         """Return an impact of the log."""

@@ -252,11 +252,11 @@ def _shifts(
 
     k = min(contacts, key=lambda k: float(np.linalg.norm(slip(k))))
     onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-    growth = float(slip(k) @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
+    growth = float(slip(k) @ slopes.touch(onwards, k).rates[1:])
     if abs(growth) * length <= SLOW * float(slip(k) @ slip(k)):
         return shifts
     result = shifts.copy()
     for j, dp in enumerate(slopes.seeds):
         way = slopes.along(phase, t, y, r[j], shifts[j], dp)
-        result[j] -= float(slip(k) @ slopes.rates_of(slopes.own(way.touches, k), k)[1:]) / growth
+        result[j] -= float(slip(k) @ slopes.touch(way, k).rates[1:]) / growth
     return result
