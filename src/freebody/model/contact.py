@@ -333,12 +333,8 @@ def frames_at_rest(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
         R, p = (IDENTITY, ZERO) if link.parent == GROUND else result[link.parent]
         shift = apply(R, link.position)
         turned = multiply(R, link.rotation)
-        result.append(
-            (
-                tuple(tuple(exact(x) for x in row) for row in turned),  # type: ignore[arg-type]
-                tuple(exact(a + b) for a, b in zip(p, shift, strict=True)),
-            )
-        )
+        rotation: Any = tuple(tuple(exact(x) for x in row) for row in turned)
+        result.append((rotation, tuple(exact(a + b) for a, b in zip(p, shift, strict=True))))
     return result
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import compress
 from typing import Any
 
 from ..describe.contacts.family import ContactFamily
@@ -129,19 +130,15 @@ class Family:
             pair = self.pair(base)
             if pair is not None:
                 one = self.contact(*self.ordered(*pair))
-                return next(
-                    (x for x in (one, *self.resisting(one)) if x.name.endswith(name[len(base) :])), None
-                )
+                own = (one, *self.resisting(one))
+                return next((x for x in own if x.name.endswith(name[len(base) :])), None)
         return None
 
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
         first, second = min(first, second), max(first, second)
-        return (
-            (second, first)
-            if turned(self.members[first].shape, self.members[second].shape)
-            else (first, second)
-        )
+        swapped = turned(self.members[first].shape, self.members[second].shape)
+        return (second, first) if swapped else (first, second)
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -238,14 +235,8 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
     for family in system.families.values():
         members = tuple(_members(family))
         shapes = list(_one_for_each_depth(model, frames, [m.shape for m in members]))
-        k = next(
-            (
-                k
-                for k in planes
-                if all(within(model, frames, shapes[0], shape, IDENTITY[k]) for shape in shapes)
-            ),
-            None,
-        )
+        in_plane = (all(within(model, frames, shapes[0], x, IDENTITY[k]) for x in shapes) for k in planes)
+        k = next(compress(planes, in_plane), None)
         ends = [(a.name, b.name) for a, b in family.apart]
         apart = frozenset((*ends, *(pair[::-1] for pair in ends)))
         one = Family(

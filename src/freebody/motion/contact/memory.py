@@ -185,14 +185,8 @@ class Memory:
             self._keep()
 
     def _keep(self) -> None:
-        blocks = [
-            self.it.memory,
-            self.steps.memory,
-            self.looking,
-            self.phase,
-            self.energy,
-            self.hoisted.memory,
-        ]
+        blocks = [x.memory for x in (self.it, self.steps, self.hoisted)]
+        blocks += [self.looking, self.phase, self.energy]
         if self.laws is not None:
             blocks += [self.laws.memory, self.laws.arrays["e_c"]]
         self.images = [(block, block.copy()) for block in blocks]

@@ -115,9 +115,8 @@ def ahead(
     sense = 1.0 if times[-1] >= times[0] else -1.0
     near = s < LIMIT
     entered = near[1:] & ~near[:-1]
-    if (
-        len(s) > 2
-    ):  # a step may lead from one side to the other: s falls towards 0 before it, and has risen after it
+    if len(s) > 2:
+        # a step may lead from one side to the other: s falls towards 0 before it, and has risen after it
         ends = s[1:-1] + (s[1:-1] - s[:-2]) * np.diff(times)[1:] / np.diff(times)[:-1]
         entered[1:] |= ~near[1:-1] & ~near[2:] & (ends < LIMIT)
     if behind is not None:
@@ -135,11 +134,8 @@ def ahead(
             moments, _, distances = _between(
                 kernels, rates, times[k : k + 2], states[k : k + 2], np.linspace(0, 1, SAMPLES)
             )
-            before = (
-                moments[max(int(np.argmax(distances < LIMIT)) - 1, 0)]
-                if (distances < LIMIT).any()
-                else moments[-1]
-            )
+            inside = np.flatnonzero(distances < LIMIT)
+            before = moments[max(int(inside[0]) - 1, 0)] if inside.size else moments[-1]
             # the first; if both are the same position, the one that is nearer to s = 0
             first = sense * min(sense * moment for moment, _ in met)
             same = [meeting for meeting in met if abs(meeting[0] - first) <= SHORTER * abs(first - times[k])]

@@ -336,16 +336,8 @@ def driven_path(
                         if any(watch.terminal[crossing.number] for crossing in jumps):
                             return Phases(tuple(segments), End.TERMINAL)
         at_start = False
-        path = leg(
-            parameters,
-            current,
-            y,
-            t,
-            min(drives.until(), end),
-            watch=watch,
-            first_step=first_step,
-            method=method,
-        )
+        until = min(drives.until(), end)
+        path = leg(parameters, current, y, t, until, watch=watch, first_step=first_step, method=method)
         segments += [replace(x, impulses=work, parameters=parameters) for x in segments_of(path, kernels)]
         if path.method == "radau":
             method = "radau"

@@ -203,13 +203,8 @@ def centre_of_percussion(
     if name not in model.joints:
         raise ModelError(f"Unknown joint '{name}'; {nearest(name, model.joints)}")
     place = model.joints[name]
-    struck = (
-        place.child
-        if body is None
-        else body
-        if isinstance(body, str)
-        else own_body(model, body, "a blow").name
-    )
+    named = body if body is None or isinstance(body, str) else own_body(model, body, "a blow").name
+    struck = place.child if named is None else named
     if struck not in (place.child, place.parent) or struck == "ground":
         raise ModelError(
             f"Joint '{name}' joins '{place.parent}' and '{place.child}'; expected one of them as the body that is "

@@ -292,10 +292,7 @@ def _narrowed(function: Callable[[Array], Array], a: Array, b: Array) -> tuple[A
     """Return narrow brackets of zeros at which a function falls, by the method of Chandrupatla (1997), all at once."""
     least = np.maximum(_WIDTH * np.abs(b - a), 4 * np.finfo(float).eps * np.abs(b))
     x1, x2, f1, f2 = a.copy(), b.copy(), function(a), function(b)
-    outside = (
-        f1 < 0,
-        f2 > 0,
-    )  # values of the dense output and of the steps differ by the error of the former
+    outside = f1 < 0, f2 > 0  # values of the dense output and of the steps differ by the error of the former
     x2[outside[0]], x1[outside[1]] = x1[outside[0]], x2[outside[1]]
     part = np.full(x1.shape, 0.5)
     for _ in range(_MOST):

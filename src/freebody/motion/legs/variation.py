@@ -112,13 +112,8 @@ class Variation:
     def rates(self, parameters: Array, method: str) -> Rates:
         """Return the right-hand side of the state and all derivatives, for a method."""
         kernels, program = self.kernels, self.program()
-        rates = Rates(
-            program.address("rates"),
-            self.size,
-            program.constants(parameters),
-            kernels.model.quaternions,
-            program,
-        )
+        constants = program.constants(parameters)
+        rates = Rates(program.address("rates"), self.size, constants, kernels.model.quaternions, program)
         if kernels.active:
             rates = replace(rates, projection=program.address("projection"), projected=self.size)
         if method == "taylor":

@@ -199,9 +199,8 @@ class LiveMachine:
         live.start, live.until = setting.begin, setting.until
         live.most_steps, live.most_frames, live.dense = setting.most_steps, setting.most_frames, 1
         live.prologue = addresses["prologue"]
-        places = (
-            1 if touching is None else 1 + len(touching.of_phase.programs) + len(touching.of_looking.programs)
-        )
+        of_phases = () if touching is None else (touching.of_phase, touching.of_looking)
+        places = 1 + sum(len(data.programs) for data in of_phases)
         self.hoisted = Hoisted.made(numbers=len(self.parameters), most_programs=places)
         self.hoisted.parameters[: len(model.parameters)] = kernels.parameters(setting.values)
         live.hoisted = self.hoisted.memory

@@ -224,31 +224,25 @@ class _Search:
         """
         n_q, n, m = self.model.n_q, self.model.n_u, len(self.kernels.on_speeds)
         free = [j for j in range(n) if n_q + j not in named]
+        moved = [n_q + j for j in free]
         numbers = self._at("masses", y, slopes)[0]
         G = numbers[: m * n].reshape(m, n)[:, free]
         M = numbers[m * n :].reshape(n, n)[np.ix_(free, free)]
         w = y[n_q:] - start[n_q:]
         multipliers = np.asarray(np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0], dtype=np.float64)
         s = np.concatenate([q, slopes[:, n_q:]], axis=1)
-        s[:, [n_q + j for j in free]] = 0.0
+        s[:, moved] = 0.0
         _, along = self._at("speeds", y, s, w, multipliers)
         A = np.block([[M, -G.T], [G, np.zeros((m, m))]])
-        b = np.concatenate(
-            [slopes[:, [n_q + j for j in free]] @ M - along[:, m:][:, free], -along[:, :m]], axis=1
-        )
-        s[:, [n_q + j for j in free]] = np.linalg.lstsq(A, b.T, rcond=1e-11)[0][: len(free)].T
+        b = np.concatenate([slopes[:, moved] @ M - along[:, m:][:, free], -along[:, :m]], axis=1)
+        s[:, moved] = np.linalg.lstsq(A, b.T, rcond=1e-11)[0][: len(free)].T
         return s
 
     def check(self, y: Array, slopes: Array, initial: Mapping[Any, Any]) -> None:
         """Check that the s_j satisfy the conditions on coordinates and on speeds."""
         m = len(self.kernels.on_speeds)
-        residuals = np.concatenate(
-            [
-                self._at("conditions", y, slopes)[1][:, self.of_places],
-                self._at("speeds", y, slopes)[1][:, :m],
-            ],
-            axis=1,
-        )
+        of_places = self._at("conditions", y, slopes)[1][:, self.of_places]
+        residuals = np.concatenate([of_places, self._at("speeds", y, slopes)[1][:, :m]], axis=1)
         for unknown, row, slope in zip(self.unknowns, residuals, slopes, strict=True):
             if not np.abs(row).max(initial=0.0) <= 1e-7 * (1 + np.abs(slope).max(initial=0.0)):
                 raise SimulationError(

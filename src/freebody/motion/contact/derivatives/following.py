@@ -32,7 +32,7 @@ from .impact_slopes import Impact, bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
@@ -222,7 +222,7 @@ class _Following:
             self.check_start(list(events), r, t)
         else:
             times = self.slopes_of_times(last, events, r, shifts, self.landing(moment, sigma=r, tau=tau))
-            found = [*zip(map(slopes.title, events), times, strict=True), *others]
+            found = [*zip((title(slopes, k) for k in events), times, strict=True), *others]
         if found:
             tau = found[0][1]
         for name, other in found[1:]:
@@ -314,7 +314,7 @@ class _Following:
             elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
                 raise refused(slopes, t, "bounces or slips of several contacts end together there")
         for k in others - set(result):
-            raise refused(slopes, t, f"{slopes.title(k)} touches, without approaching, as others collide")
+            raise refused(slopes, t, f"{title(slopes, k)} touches, without approaching, as others collide")
         return result
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
@@ -363,7 +363,7 @@ class _Following:
             for s, dp, unknown in zip(S, self.slopes.seeds, self.slopes.unknowns, strict=True):
                 gap = self.slopes.of_contact(k, t, y, s, 0.0, dp).gap
                 if abs(gap) > self.alike * np.abs(s).max(initial=0.0):
-                    what = f"{self.slopes.title(k)} begins closed, and would not if '{unknown.name}' changed"
+                    what = f"{title(self.slopes, k)} begins closed, and would not if '{unknown.name}' changed"
                     raise refused(self.slopes, t, what)
 
     def impact(self, entry: Entry) -> Impact:

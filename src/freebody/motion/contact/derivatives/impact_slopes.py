@@ -26,7 +26,7 @@ from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
 from ...phase.snapshot import Snapshot
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 
 NONE = 1e-9
 """Part of the greatest impulse below which there is none."""
@@ -197,7 +197,7 @@ def laws_of_impact(slopes: Slopes, hit: Impact) -> list[Law]:
         some, all_ = (np.vstack([W[rows], G]) for rows in (held, [*held, *law.rows]))
         if law.contact in limits and np.linalg.matrix_rank(all_, NONE) > np.linalg.matrix_rank(some, NONE):
             raise refused(
-                slopes, hit.t, f"{slopes.title(law.contact)} is between stick and slip in an impact"
+                slopes, hit.t, f"{title(slopes, law.contact)} is between stick and slip in an impact"
             )
     return result
 
@@ -228,7 +228,7 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         least, grown, rebound = e * max(float(given[at]), 0.0), e * of_impulses[:, at], after.rate[at]
     presses = hit.taken or N - least > none
     if not presses and not rebound > still:
-        raise refused(slopes, hit.t, f"{slopes.title(k)} takes part in an impact without impulse")
+        raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     if not presses and least <= none:
         return None
     if presses and hit.compressed is not None:

@@ -20,7 +20,7 @@ from ...legs.loaded_slopes import load_of_impact
 from ...ode.dense_output import Array
 from ...phase.bearings import PASSES
 from .impact_slopes import AT_LIMIT, NONE, Impact, impact_slope, laws_of_impact, rows_of
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 
 
 def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array:
@@ -77,7 +77,7 @@ def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
     for i, (law, r) in enumerate(held):
         if r == law.normal and restitution[law.contact] > 0 and np.abs(idle[:, i]).max(initial=0.0) > NONE:
             what = (
-                f"the impulse of {slopes.title(law.contact)} in the compression of an impact is open, since others "
+                f"the impulse of {title(slopes, law.contact)} in the compression of an impact is open, since others "
                 "stop the same motion, and decides its rebound"
             )
             raise refused(slopes, first.t, what)

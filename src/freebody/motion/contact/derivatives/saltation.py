@@ -28,7 +28,7 @@ from ...ode.dense_output import Array
 from ...phase.laws import CLOSED
 from ...phase.scene import LIMIT, Phase
 from ...trajectory.phases import Segment
-from .slopes import ADHESION, NORMAL_FORCE, Slopes, refused
+from .slopes import ADHESION, NORMAL_FORCE, Slopes, refused, title
 
 # -- times -------------------------------------------------------------------------------------------------
 
@@ -74,7 +74,7 @@ def check_passing(slopes: Slopes, last: Segment, k: int, why: int, rate: float, 
         lasted = path.end - path.start
         grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(tolerance) * np.abs(gaps[:, k]).max()
     if grazes:
-        what = f"{slopes.title(k)} only touches there, with the rate {rate:.2g}: if an unknown changed, it might not"
+        what = f"{title(slopes, k)} only touches there, with the rate {rate:.2g}: if an unknown changed, it might not"
         raise refused(slopes, path.end, what)
 
 
@@ -125,7 +125,7 @@ def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
             if off:
                 does = "close or open" if place == 0 else "slip"
                 name = slopes.unknowns[j].name
-                what = f"{slopes.title(k)} ({phase.modes[k]}) would {does} if '{name}' changed"
+                what = f"{title(slopes, k)} ({phase.modes[k]}) would {does} if '{name}' changed"
                 raise refused(slopes, t, what)
         rows = [r for _, _, r in held]
         if rows:
@@ -139,7 +139,7 @@ def check_modes(slopes: Slopes, phase: Phase, t: float, straight: int) -> None:
     """Raise for modes whose derivatives indeterminate forces decide; ``straight`` steps lead to them."""
     for k, mode in enumerate(phase.modes):
         if mode.startswith(LIMIT):
-            raise refused(slopes, t, f"{slopes.title(k)} rests at its limit of friction, held by the others")
+            raise refused(slopes, t, f"{title(slopes, k)} rests at its limit of friction, held by the others")
     if straight > 2:
         raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
@@ -157,11 +157,11 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
             continue
         pressure = F[at] + float(slopes.outputs(k, t, y).laws[ADHESION])
         if pressure <= 1e-9 * largest:
-            raise refused(slopes, t, f"{slopes.title(k)} is closed without force")
+            raise refused(slopes, t, f"{title(slopes, k)} is closed without force")
         if mode == "stick" and n:
             limit = seen.static[k] * pressure
             if limit - np.linalg.norm(F[at + 1 : at + 1 + n]) <= 1e-9 * max(limit, largest):
-                raise refused(slopes, t, f"{slopes.title(k)} sticks exactly at its limit of friction")
+                raise refused(slopes, t, f"{title(slopes, k)} sticks exactly at its limit of friction")
     if any(mode == "open" for mode in phase.modes):
         a = slopes.accelerations(phase, t, y)
         for k, mode in enumerate(phase.modes):
@@ -170,4 +170,4 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
                 continue
             rests = abs(seen.gap[k]) <= near and abs(seen.rate[at]) <= still
             if rests and a[at] <= 1e-9 * np.abs(a).max():
-                raise refused(slopes, t, f"{slopes.title(k)} touches without force")
+                raise refused(slopes, t, f"{title(slopes, k)} touches without force")

@@ -195,10 +195,6 @@ class Slopes:
         """Return the derivatives of the outputs of a contact, of which those of all are known."""
         return Touch(self.scene, k, along.touches[self.starts[k] : self.starts[k + 1]])
 
-    def title(self, k: int) -> str:
-        """Return how messages name a contact."""
-        return f"contact '{self.model.contacts[k].name}'"
-
     def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivative of M w along a direction."""
         return self._machine(t, y, w, s, tau, dp)[self.model.n_u :][: self.model.n_u]
@@ -235,6 +231,11 @@ def slopes_code(name: str) -> loop.Function:
         return vars(projection) | vars(phase_slopes)
 
     return loop.made(_MODULES[0], _MODULES, _FUNCTIONS, named, passes="few").functions[name]
+
+
+def title(slopes: Slopes, k: int) -> str:
+    """Return how messages name a contact."""
+    return f"contact '{slopes.model.contacts[k].name}'"
 
 
 def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
