@@ -6,12 +6,11 @@ follows from their kinds, bodies and groups (`Family.meet`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
 from itertools import compress
-from typing import Any
 
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
@@ -234,7 +233,8 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
     result = []
     for family in system.families.values():
         members = tuple(_members(family))
-        shapes = list(_one_for_each_depth(model, frames, [m.shape for m in members]))
+        # the first one, with which the others are compared, is one that has a depth
+        shapes = sorted((member.shape for member in members), key=lambda shape: shape.depth is None)
         in_plane = (all(within(model, frames, shapes[0], x, IDENTITY[k]) for x in shapes) for k in planes)
         k = next(compress(planes, in_plane), None)
         ends = [(a.name, b.name) for a, b in family.apart]
@@ -247,11 +247,6 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
         _check_laws(one)
         result.append(one)
     return tuple(result)
-
-
-def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Iterator[Any]:
-    """Yield the shapes to compare with the first one: those that have a depth come first."""
-    yield from sorted(shapes, key=lambda shape: shape.depth is None)
 
 
 def _members(family: ContactFamily) -> Iterator[Member]:

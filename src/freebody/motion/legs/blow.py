@@ -16,13 +16,13 @@ from ...errors import ModelError, SimulationError, arguments_named
 from ...scalar.algebra import Expression, Vector
 from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import Array, Path, Watch
+from ..ode.dense_output import Path
 from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..start.loaded_joints import check_loads
 from ..trajectory.contact_expressions import of_contacts, refuse_outputs
-from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
+from ..trajectory.event import EventSpec, Happening, event
 from ..trajectory.phases import Phases, Segment, segments_of
 
 
@@ -157,14 +157,6 @@ def watching_specs(
 ) -> tuple[EventSpec, ...]:
     """Return the events of the user and, after them, the events that call for a blow."""
     return (*specs, *(call_of(blow) for blow in blows if located(kernels, blow)))
-
-
-def watching_blows(
-    kernels: Kernels, parameters: Array, specs: Sequence[EventSpec], blows: Sequence[Blow]
-) -> Watch | None:
-    """Return the compiled event functions of the user's events and of blows."""
-    all_specs = watching_specs(kernels, specs, blows)
-    return watching(kernels, parameters, all_specs, expressions_of(kernels.model, all_specs))
 
 
 def struck_path(

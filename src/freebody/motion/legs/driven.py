@@ -296,7 +296,7 @@ def driven_path(
     state: Any,
     begin: float,
     end: float,
-    work: float = 0.0,
+    work: float,
 ) -> Phases:
     """Return the path of a machine whose constants change during the run.
 

@@ -41,7 +41,7 @@ from ..trajectory.contact_expressions import refuse_of_contacts
 from ..trajectory.event import expressions_of
 from .memory import Live
 from .setting import Setting
-from .touching_machine import PIECE, TouchingMachine, sizes_of
+from .touching_machine import PIECE, SIZES, TouchingMachine
 
 ROOM_OF_FACTORS = 8
 """Room for factors of the conditions, as a multiple of the entries of the conditions and of their rows and columns."""
@@ -175,11 +175,13 @@ class LiveMachine:
         room = setting.most_steps if touching is None else PIECE
         watched = len(setting.specs) + (0 if touching is None else touching.endings)
         of_run = sizes(size, watched)
-        asked = bool(setting.specs)
+        asked, of_contacts = bool(setting.specs), dict.fromkeys(SIZES, 0)
+        if touching is not None:
+            of_contacts = touching.sizes(addresses, constants, of_run["zeros"])
         live = Live.made(
             **of_run,
             **self._sizes_of_closing(),
-            **sizes_of(touching, addresses, constants, of_run["zeros"]),
+            **of_contacts,
             n_events=len(setting.specs),
             n_parameters=len(self.names),
             n_outputs=count.get("observation", 0),

@@ -185,10 +185,3 @@ class TouchingMachine:
         if scene.sides is not None:
             laws = sided_run(scene.sides, live.tolerances.size, hoisted, addresses["laws"], live.constants)
             laws.relative[:], it.sided, self.laws = live.tolerances, laws.memory, (laws,)
-
-
-def sizes_of(
-    touching: TouchingMachine | None, addresses: Mapping[str, int], constants: int, zeros: int
-) -> dict[str, int]:
-    """Sizes of `memory.Touching` for a machine with contacts, or without."""
-    return dict.fromkeys(SIZES, 0) if touching is None else touching.sizes(addresses, constants, zeros)
