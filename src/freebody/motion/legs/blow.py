@@ -173,7 +173,7 @@ def struck_path(
     check_forwards(begin, end, "a run with impulses=", "blows")
     count = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
-    remaining = {id(blow): np.inf if blow.times is None else blow.times for blow in called}
+    remaining = [np.inf if blow.times is None else blow.times for blow in called]
     segments: list[Segment] = []
     happenings: list[Happening] = []
     t, y, work, last = begin, np.array(state, dtype=float), 0.0, -np.inf
@@ -188,11 +188,10 @@ def struck_path(
             segments.append(replace(leg, path=replace(leg.path, crossings=own)))
         work = legs[-1].impulses
         stopped = path.status == End.TERMINAL
-        now = [
-            called[c.number - count]
-            for c in calls
-            if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
-        ]
+        last_moment = 1e-12 * max(1.0, abs(path.end))
+        fallen = [c.number - count for c in calls if stopped and abs(c.time - path.end) <= last_moment]
+        fallen = [k for k in fallen if remaining[k] > 0]
+        now = [called[k] for k in fallen]
         y, t = legs[-1].path.states[-1].copy(), path.end
         if path.status == End.FINISHED and timed:
             while timed and timed[0][0] == target:
@@ -202,10 +201,9 @@ def struck_path(
         user_stop = stopped and any(
             c.time == path.end and c.number < count and specs[c.number].terminal for c in path.crossings
         )
-        now = [blow for blow in now if remaining.get(id(blow), 1) > 0]
+        for k in fallen:
+            remaining[k] -= 1
         for blow in now:
-            if id(blow) in remaining:
-                remaining[id(blow)] -= 1
             y, gained, happening = strike(kernels, numbers, t, y, blow)
             work += gained
             happenings.append(happening)
