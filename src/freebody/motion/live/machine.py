@@ -17,14 +17,10 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy
-from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import (
-    articulated_diagonal,
-    least_speed_change,
     moved_onto,
 )
-from ...dynamics.conditions.constraints import linearized, rows
-from ...dynamics.linear import Selection, entries
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import Scalar
 from ...scalar.trace import Traced
@@ -142,21 +138,12 @@ class LiveMachine:
         return result
 
     def _closing(self, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:
-        """Outputs of the functions of `gauss_newton.close` (`Kernels.closing`)."""
-        model, state = self.model, self.state
-        linear = linearized(model, state)
-        matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
-        G, n = [x for _, _, x in matrix], model.n_u
-        starts = np.searchsorted([i for i, _, _ in matrix], np.arange(len(self.kinds) + 1))
-        self.pattern = np.array([*starts, *(j for _, j, _ in matrix)], dtype=np.int64)
-        self.entries = len(matrix)
-        masses = [*mass_diagonal(model, state), *articulated_diagonal(model, state)]
-        return {
-            "residuals": [*linear.residual, *G],
-            "motion": [*linear.rate, *G, *masses],
-            "moved": list(coordinate_rates(model, state)),
-            "least": least_speed_change(model, state, Selection(selection[:n], selection[n:])),
-        }
+        """Outputs of the functions of `gauss_newton.close`; those of the conditions are called ``residuals`` here."""
+        places, functions = self.setting.kernels.closing_functions(self.state, selection)
+        starts = np.searchsorted([i for i, _ in places], np.arange(len(self.kinds) + 1))
+        self.pattern = np.array([*starts, *(j for _, j in places)], dtype=np.int64)
+        self.entries = len(places)
+        return {"residuals": functions.pop("conditions"), **functions}
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -53,11 +53,6 @@ class VariationalPath:
         return self.path.curved
 
     @property
-    def rates(self) -> Rates:
-        """Right-hand side of the piece."""
-        return self.path.rates
-
-    @property
     def start(self) -> float:
         """Time of the first state [s]."""
         return self.path.start
