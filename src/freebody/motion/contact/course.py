@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.in_legs import InLegs, phases_of
 from ..trajectory.quantities import ByName, Energy
-
-if TYPE_CHECKING:
-    from .history import History, Told
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ class Touching:
                    (`history.History`, or `history.Told`)
     """
 
-    history: History | Told
+    history: Any
     stepping: None = None
     derivatives: Any = None
     legs: ClassVar[InLegs] = InLegs()
@@ -166,22 +163,22 @@ class Touching:
     @property
     def timeline(self) -> Timeline:
         """Modes of every contact, with their times and the reasons why they began."""
-        return self.history.timeline
+        return cast(Timeline, self.history.timeline)
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
         """Contact forces that the motion does not determine at some time of the run."""
-        return self.history.indeterminate
+        return cast("tuple[str, ...]", self.history.indeterminate)
 
     @property
     def residual(self) -> float:
         """Greatest residual of a decision or an impact."""
-        return self.history.residual
+        return float(self.history.residual)
 
     @property
     def happenings(self) -> tuple[Happening, ...]:
         """Blows, impacts and changes of mode, in their order."""
-        return self.history.happenings
+        return cast("tuple[Happening, ...]", self.history.happenings)
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact."""
