@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -51,3 +52,12 @@ def default_value(system: Description, expression: Scalar) -> float | None:
     if any(defaults.get(symbol) is None for symbol in expression.free_symbols):
         return None
     return float(expression.subs({symbol: defaults[symbol] for symbol in expression.free_symbols}))
+
+
+def check_default(
+    system: Description, expression: Scalar, holds: Callable[[float], bool], expected: str, cure: str = ""
+) -> None:
+    """Refuse a constant for whose default value a condition does not hold; without a default it is not known."""
+    number = default_value(system, expression)
+    if number is not None and not holds(number):
+        raise ModelError(f"Expected {expected}, got {number:g}.{cure}")

@@ -241,6 +241,12 @@ def float_state(
     return State(model, floats, t, [*map(float, q)], [*map(float, u)], symbols)
 
 
+def state_at(model: Model, y: Any, t: float = 0, values: Mapping[Any, Any] | None = None) -> State:
+    """Return a state of Python floats from an array that begins with (q, u)."""
+    n_q, n = model.n_q, model.n_q + model.n_u
+    return float_state(model, y[:n_q].tolist(), y[n_q:n].tolist(), t, values)
+
+
 def rest_coordinates(model: Model) -> list[int]:
     """Return all coordinates as zero, unit quaternions as the identity."""
     q = [0] * model.n_q

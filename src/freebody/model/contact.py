@@ -57,14 +57,11 @@ def friction_varies(model: Model, contact: Contact) -> bool:
 
 OF_LENGTHS = {"gap": "m", "approach": "m/s", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
 OF_ANGLES = {
-    "gap": "rad",
-    "approach": "rad/s",
-    "normal": "N m",
-    "tangential": "N m",
-    "slip": "rad/s",
-    "margin": "N m",
-}
+    "gap": "rad", "approach": "rad/s", "normal": "N m", "tangential": "N m", "slip": "rad/s", "margin": "N m",
+}  # fmt: skip
 """Units of the quantities of a contact."""
+LETTERS = (), ("T",), ("T1", "T2")
+"""Letters of the components of friction, for each number of tangents."""
 
 
 class Side(ContactShape):
@@ -234,8 +231,6 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
             result += _gaps(model, pair, names, taken)
             continue
         for ending, feature, surface in standing(model, frames, planes, pair):
-            name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
-            names.add(name)
             k = None
             if not (feature.stands or surface.stands):
                 k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
@@ -245,17 +240,13 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
                     f"Contact '{pair.name}' has two coefficients of friction, but the machine moves in a plane, in "
                     f"which the contact slips along one line. Give the one coefficient of that line."
                 )
-            letters = ("T",) if k is not None else ("T1", "T2")
-            forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
-            taken.update(forces)
-            result.append(
-                Contact(
-                    name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
-                    pair.impact, None if k is None else IDENTITY[k], upright_of(model.gravity),
-                    forces[0], tuple(forces[1:]), None, pair.normal_force, pair.friction_across, pair.along,
-                    pair.adhesion,
-                )
+            name, normal, *tangents = _named(pair, ending, 1 if k is not None else 2, names, taken)
+            one = Contact(
+                name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution, pair.impact,
+                None if k is None else IDENTITY[k], upright_of(model.gravity), normal, tuple(tangents), None,
+                pair.normal_force, pair.friction_across, pair.along, pair.adhesion,
             )  # fmt: skip
+            result.append(one)
     return tuple(result)
 
 
@@ -265,25 +256,28 @@ def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Con
     feature, surface = map(Side, pair.bodies)
     kinetic, static = pair.limits
     for ending, gap in pair.elements:
-        name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
-        names.add(name)
         count = 0 if kinetic == static == 0 else gap.directions
-        letters = ((), ("T",), ("T1", "T2"))[count]
-        forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
-        taken.update(forces)
-        result.append(
-            Contact(
-                name, pair.name, feature, surface, kinetic, static, pair.restitution, pair.impact, None,
-                upright_of(model.gravity), forces[0], tuple(forces[1:]), gap,
-            )
+        name, normal, *tangents = _named(pair, ending, count, names, taken)
+        one = Contact(
+            name, pair.name, feature, surface, kinetic, static, pair.restitution, pair.impact, None,
+            upright_of(model.gravity), normal, tuple(tangents), gap,
         )  # fmt: skip
+        result.append(one)
     return result
 
 
-def _free(name: str, taken: set[str]) -> str:
-    """The name, with underscores appended until it is not taken."""
+def _named(pair: Any, ending: str, tangents: int, names: set[str], taken: set[str]) -> list[str]:
+    """Return the name of an element of a contact, and the names of its forces; from then on they are taken."""
+    name = free_name(f"{pair.name}_{ending}", names) if ending else pair.name
+    names.add(name)
+    return [name, *(free_name(f"{x}_{name}", taken) for x in ("N", *LETTERS[tangents]))]
+
+
+def free_name(name: str, taken: set[str]) -> str:
+    """Return a name that is taken from then on: this one, or with underscores, if it was taken already."""
     while name in taken:
         name += "_"
+    taken.add(name)
     return name
 
 
@@ -339,12 +333,8 @@ def frames_at_rest(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
         R, p = (IDENTITY, ZERO) if link.parent == GROUND else result[link.parent]
         shift = apply(R, link.position)
         turned = multiply(R, link.rotation)
-        result.append(
-            (
-                tuple(tuple(exact(x) for x in row) for row in turned),  # type: ignore[arg-type]
-                tuple(exact(a + b) for a, b in zip(p, shift, strict=True)),
-            )
-        )
+        rotation: Any = tuple(tuple(exact(x) for x in row) for row in turned)
+        result.append((rotation, tuple(exact(a + b) for a, b in zip(p, shift, strict=True))))
     return result
 
 

@@ -9,7 +9,7 @@ compliant   N = N(d, d') is a load, as is T = -μ N d in slip; T in stick is the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -77,9 +77,7 @@ class Sliding(Load):
         if law is not None:
             way, rows = tuple(map(at, self.direction)), law.tangents(at)
             if not way:
-                rates = law.rates(at)
-                slip = at.sqrt(sum((x * x for x in rates), 0))
-                way = tuple(divide(x, slip) for x in rates)
+                way = _along(at, law.rates(at))[1]
             size = at.of(contact.friction, {SLIP: way[0] * law.slip(at) if contact.slows else 0})
             if contact.bounded:
                 size = at(sympy.Symbol(contact.normal_name, real=True)) * size
@@ -95,8 +93,7 @@ class Sliding(Load):
             way = tuple(map(at, self.direction))
             slip = sum((d * x for d, x in zip(way, slips, strict=True)), 0)
         else:
-            slip = at.sqrt(sum((x * x for x in slips), 0))
-            way = tuple(divide(x, slip) for x in slips)
+            slip, way = _along(at, slips)
         if contact.friction_across is None:
             mu = at.of(contact.friction, {SLIP: slip})
             shares = [mu * d for d in way]
@@ -106,6 +103,12 @@ class Sliding(Load):
         for share, t in zip(shares, it.tangents, strict=True):
             total = add(total, scale(share, t))
         yield from at_the_touch(at, contact, it, scale(-N, total))
+
+
+def _along(at: Any, slips: Sequence[Any]) -> tuple[Any, tuple[Any, ...]]:
+    """Return the size of a slip and its direction, along tangents or axes."""
+    slip = at.sqrt(sum((x * x for x in slips), 0))
+    return slip, tuple(divide(x, slip) for x in slips)
 
 
 def at_the_touch(at: Any, contact: Contact, touch: Any, force: Vector) -> Iterator[Action]:

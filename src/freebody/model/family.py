@@ -6,18 +6,18 @@ follows from their kinds, bodies and groups (`Family.meet`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
-from typing import Any
+from itertools import compress
 
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
 from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, Vector
-from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
+from .contact import LETTERS, Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
 from .patched import Patched, contacts_of, corners_on, parts_of, places_of
 from .resistance import ROLLING, SPINNING, resistances
@@ -81,7 +81,7 @@ class Family:
         """Return the contact of two members as one of its own."""
         a, b = self.members[first], self.members[second]
         name = self.label(first, second)
-        tangents, law = ("T",) if self.tangents == 1 else ("T1", "T2"), self.law
+        tangents, law = LETTERS[self.tangents], self.law
         return Contact(
             name, self.name, a.shape, b.shape, law.friction, law.static_friction, law.restitution, law.impact,
             self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),
@@ -129,19 +129,15 @@ class Family:
             pair = self.pair(base)
             if pair is not None:
                 one = self.contact(*self.ordered(*pair))
-                return next(
-                    (x for x in (one, *self.resisting(one)) if x.name.endswith(name[len(base) :])), None
-                )
+                own = (one, *self.resisting(one))
+                return next((x for x in own if x.name.endswith(name[len(base) :])), None)
         return None
 
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
         first, second = min(first, second), max(first, second)
-        return (
-            (second, first)
-            if turned(self.members[first].shape, self.members[second].shape)
-            else (first, second)
-        )
+        swapped = turned(self.members[first].shape, self.members[second].shape)
+        return (second, first) if swapped else (first, second)
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -237,15 +233,10 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
     result = []
     for family in system.families.values():
         members = tuple(_members(family))
-        shapes = list(_one_for_each_depth(model, frames, [m.shape for m in members]))
-        k = next(
-            (
-                k
-                for k in planes
-                if all(within(model, frames, shapes[0], shape, IDENTITY[k]) for shape in shapes)
-            ),
-            None,
-        )
+        # the first one, with which the others are compared, is one that has a depth
+        shapes = sorted((member.shape for member in members), key=lambda shape: shape.depth is None)
+        in_plane = (all(within(model, frames, shapes[0], x, IDENTITY[k]) for x in shapes) for k in planes)
+        k = next(compress(planes, in_plane), None)
         ends = [(a.name, b.name) for a, b in family.apart]
         apart = frozenset((*ends, *(pair[::-1] for pair in ends)))
         one = Family(
@@ -256,11 +247,6 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
         _check_laws(one)
         result.append(one)
     return tuple(result)
-
-
-def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Iterator[Any]:
-    """Yield the shapes to compare with the first one: those that have a depth come first."""
-    yield from sorted(shapes, key=lambda shape: shape.depth is None)
 
 
 def _members(family: ContactFamily) -> Iterator[Member]:

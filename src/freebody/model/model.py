@@ -112,6 +112,11 @@ class Model:
         return tuple(speed.name for speed in self.speeds)
 
     @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of (q, u), in order."""
+        return (*self.coordinate_names, *self.speed_names)
+
+    @cached_property
     def rest(self) -> tuple[float, ...]:
         """State (q, u) with all coordinates and speeds zero and all unit quaternions the identity."""
         return tuple(float(i in self.quaternions) for i in range(self.n_q + self.n_u))
@@ -132,7 +137,7 @@ class Model:
     @cached_property
     def places(self) -> Mapping[str, int]:
         """Index of each coordinate and speed in (q, u), by name."""
-        return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}
+        return {name: i for i, name in enumerate(self.state_names)}
 
     @cached_property
     def parameter_names(self) -> Mapping[Any, str]:

@@ -19,7 +19,7 @@ from ..describe.contacts.gap import Gap
 from ..describe.frame import Frame
 from ..describe.loads.action import Action, Couple
 from ..errors import ModelError
-from .contact import Contact, Side
+from .contact import Contact, Side, free_name
 
 ROLLING, SPINNING = "rolling", "spinning"
 
@@ -106,10 +106,7 @@ def resistances(contact: Contact, pair: Any, taken: set[str]) -> list[Contact]:
                 f"does not spin so. Leave spinning= out."
             )
         letters = ("M",) if contact.planar is not None else ("M1", "M2") if about == ROLLING else ("M3",)
-        own = f"{contact.name}_{about}"
-        while own in taken:
-            own += "_"
-        taken.add(own)
+        own = free_name(f"{contact.name}_{about}", taken)
         law = Resistance(contact, about, friction=length, name=own)
         first, second = map(Side, law.bodies)
         result.append(

@@ -18,7 +18,7 @@ import sympy
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar, Vector, cross
 from ...scalar.expression import exact
-from ..constants import constant, default_value
+from ..constants import check_default, constant, default_value
 from ..description import Description
 from ..shapes.data import unit_vector
 from ..shapes.shape import ContactShape
@@ -89,13 +89,9 @@ def _pair(system: Description, value: Any, kind: str, what: str) -> tuple[Scalar
             f"Expected two coefficients of {kind} for {what}, along its direction and across it, got {shown(value)}."
         )
     first, second = (constant(system, x, f"the {kind} of {what}") for x in value)
+    cure = " Without friction in one direction, take a small part of the other coefficient."
     for x in (first, second):
-        number = default_value(system, x)
-        if number is not None and not number > 0:
-            raise ModelError(
-                f"Expected two coefficients of {kind} above 0 for {what}, got {number:g}. Without friction in one "
-                f"direction, take a small part of the other coefficient."
-            )
+        check_default(system, x, lambda mu: mu > 0, f"two coefficients of {kind} above 0 for {what}", cure)
     return first, second
 
 

@@ -26,9 +26,8 @@ from typing import Any
 
 import sympy
 
-from ...errors import ModelError
 from ...scalar.algebra import Scalar
-from ..constants import default_value
+from ..constants import check_default
 from ..frame import Frame
 from ..joints.joint import Joint
 from ..loads.action import Action, JointForce, PointForce
@@ -52,12 +51,11 @@ class Backlash(Gap, kind="backlash"):
 
     def check(self) -> None:
         """Refuse a backlash that is no gap."""
-        number = default_value(self.first.parent.system, self.backlash)
-        if number is not None and not number > 0:
-            raise ModelError(
-                f"Expected a backlash greater than 0 for {self.title}, got {number:g}. Leave it out for teeth without "
-                f"backlash."
-            )
+        system: Any = self.first.parent.system
+        cure = " Leave it out for teeth without backlash."
+        check_default(
+            system, self.backlash, lambda x: x > 0, f"a backlash greater than 0 for {self.title}", cure
+        )
         super().check()
 
     @cached_property

@@ -16,7 +16,7 @@ from ...errors import ExpressionError, ModelError
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.expression import exact
 from ...scalar.parser import parse
-from ..constants import constant, default_value
+from ..constants import check_default, constant, default_value
 from ..description import Description, names_of
 
 SLIP = sympy.Symbol("slip", real=True)
@@ -72,9 +72,7 @@ def friction_law(system: Description, value: Expression, what: str, kind: str = 
         A coefficient that is negative at rest, or a name `slip` of the system's own.
     """
     law = own_law(system, value, (SLIP,), what, kind)
-    number = default_value(system, at_rest(law))
-    if number is not None and not number >= 0:
-        raise ModelError(f"Expected a {kind} of 0 or more for {what}, got {number:g}.")
+    check_default(system, at_rest(law), lambda x: x >= 0, f"a {kind} of 0 or more for {what}")
     return law
 
 
@@ -112,9 +110,7 @@ def coefficient(system: Description, value: Expression, what: str) -> Scalar:
         An expression that varies, or whose default value is negative.
     """
     expression = constant(system, value, what)
-    number = default_value(system, expression)
-    if number is not None and number < 0:
-        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
+    check_default(system, expression, lambda x: not x < 0, f"a coefficient of 0 or more for {what}")
     return expression
 
 
@@ -127,11 +123,8 @@ def bounce(system: Description, value: Expression, what: str) -> Scalar:
         An expression that varies, or whose default value is not between 0 and 1.
     """
     expression = constant(system, value, f"the restitution of {what}")
-    e = default_value(system, expression)
-    if e is not None and not 0 <= e <= 1:
-        raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
-        )
+    expected = f"a restitution between 0 (no bounce) and 1 (full bounce) for {what}"
+    check_default(system, expression, lambda e: 0 <= e <= 1, expected)
     return expression
 
 

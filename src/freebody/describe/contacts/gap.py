@@ -12,13 +12,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias, dataclass_transform
 
-from ...errors import ModelError, shown
+from ...errors import ModelError
 from ...scalar.algebra import Expression, Scalar
 from ..frame import Frame, Point
 from ..loads.action import Action
 from ..part import SORTS, Constant, Part, register
 from .coefficients import at_rest, bounce, friction_law, static_law
-from .system_contacts import IMPACTS
+from .system_contacts import impact_law
 
 FrictionLaw: TypeAlias = Expression
 """A coefficient of friction, an expression that may depend on `slip` (`coefficients`)."""
@@ -163,10 +163,7 @@ def check_laws(gap: Gap) -> None:
     system: Any = gap.bodies[0].system
     static_law(system, gap.static_friction, gap.friction, gap.title)
     bounce(system, gap.restitution, gap.title)
-    if gap.impact not in IMPACTS:
-        raise ModelError(
-            f"Expected impact='newton' or impact='poisson' for {gap.title}, got {shown(gap.impact)}."
-        )
+    impact_law(gap.impact, gap.title)
 
 
 SORTS["FrictionLaw"] = lambda system, value, gap, name: friction_law(

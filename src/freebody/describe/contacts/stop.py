@@ -30,7 +30,51 @@ from .gap import Gap
 from .turn import TurnStop
 
 
-class Stop(Gap, kind="stop"):
+class _Stops(Gap):
+    """What stops of a displacement, between the fields ``low`` and ``high``, have in common."""
+
+    noun = "stop"
+    one_at_a_time = True
+
+    @property
+    def ends(self) -> tuple[Any, Any]:
+        """The values at which it stops, None for no stop."""
+        own: Any = self
+        return own.low, own.high
+
+    def check(self) -> None:
+        """Refuse a stop at no end, and ends in the wrong order."""
+        if self.ends == (None, None):
+            raise ModelError(f"{self.heading} stops nothing. Give low= or high=, or both.")
+        if None not in self.ends:
+            system: Any = self.bodies[0].system
+            low, high = (default_value(system, x) for x in self.ends)
+            if low is not None and high is not None and not low < high:
+                raise ModelError(
+                    f"Expected low below high for {self.title}, got {low:g} and {high:g}. Exchange them; what cannot "
+                    f"move at all is a constraint, s.constrain."
+                )
+        super().check()
+
+    @property
+    def elements(self) -> Sequence[tuple[str, Gap]]:
+        """The stop at the low end, and that at the high one."""
+        if None in self.ends:
+            return (("", self),)
+        own: Any = self
+        return (("low", replace(own, high=None)), ("high", replace(own, low=None)))
+
+    def gap(self, at: Any) -> Scalar:
+        """Return the distance to the stop."""
+        y, (low, high) = self.displacement(at), self.ends
+        return at(high) - y if low is None else y - at(low)
+
+    def displacement(self, at: Any) -> Scalar:
+        """Return the displacement that the stops limit."""
+        raise NotImplementedError
+
+
+class Stop(_Stops, kind="stop"):
     """The stops of a displacement of a joint, at the values ``low`` and ``high`` if they are given."""
 
     joint: Joint
@@ -38,51 +82,29 @@ class Stop(Gap, kind="stop"):
     high: Constant = None
     index: int = 0
 
-    noun = "stop"
     words = {"index": "coordinate"}
-    one_at_a_time = True
 
     def check(self) -> None:
         """Refuse a joint without such a displacement, and stops in the wrong order."""
         check_displacement(self.joint, self.index, self.title)
-        check_bounds(self, self.joint.parent.system)
         super().check()
 
-    @property
-    def elements(self) -> Sequence[tuple[str, Gap]]:
-        """The stop at the low end, and that at the high one."""
-        return sides(self)
-
-    def gap(self, at: Any) -> Scalar:
-        """Return the distance to the stop."""
-        y = at.displacement(self.joint, self.index)
-        return at(self.high) - y if self.low is None else y - at(self.low)
+    def displacement(self, at: Any) -> Scalar:
+        """Return that of the joint."""
+        return at.displacement(self.joint, self.index)
 
     def normal(self, at: Any) -> Iterator[Action]:
         """Yield the force along the joint."""
         yield JointForce(self.joint, -1 if self.low is None else 1, self.index)
 
 
-class CoordinateStop(Gap, kind="coordinate_stop"):
+class CoordinateStop(_Stops, kind="coordinate_stop"):
     """The stops of an expression of coordinates, at the values ``low`` and ``high`` if they are given."""
 
     expression: Expression
     low: Constant = None
     high: Constant = None
     body: Frame | None = None
-
-    noun = "stop"
-    one_at_a_time = True
-
-    def check(self) -> None:
-        """Refuse stops in the wrong order."""
-        check_bounds(self, self.bodies[0].system)
-        super().check()
-
-    @property
-    def elements(self) -> Sequence[tuple[str, Gap]]:
-        """The stop at the low end, and that at the high one."""
-        return sides(self)
 
     @property
     def turns(self) -> bool:
@@ -95,36 +117,15 @@ class CoordinateStop(Gap, kind="coordinate_stop"):
         ]  # fmt: skip
         return bool(moved) and all(one.turns for one in moved)
 
-    def gap(self, at: Any) -> Scalar:
-        """Return the distance to the stop."""
-        y = at(self.expression)
-        return at(self.high) - y if self.low is None else y - at(self.low)
+    def displacement(self, at: Any) -> Scalar:
+        """Return the expression."""
+        return at(self.expression)
 
     def normal(self, at: Any) -> Iterator[Action]:
         """Yield the generalized forces ∂g/∂q."""
         for atom in sorted(self.expression.atoms(AppliedUndef), key=str):
             slope = at(exact(self.expression.diff(atom)))
             yield GeneralizedForce(atom, -slope if self.low is None else slope)
-
-
-def sides(stop: Any) -> Sequence[tuple[str, Gap]]:
-    """Return the stops of the two ends."""
-    if stop.low is None or stop.high is None:
-        return (("", stop),)
-    return (("low", replace(stop, high=None)), ("high", replace(stop, low=None)))
-
-
-def check_bounds(stop: Any, system: Any) -> None:
-    """Refuse a stop at no end, and ends in the wrong order."""
-    if stop.low is None and stop.high is None:
-        raise ModelError(f"{stop.heading} stops nothing. Give low= or high=, or both.")
-    if stop.low is not None and stop.high is not None:
-        low, high = (default_value(system, x) for x in (stop.low, stop.high))
-        if low is not None and high is not None and not low < high:
-            raise ModelError(
-                f"Expected low below high for {stop.title}, got {low:g} and {high:g}. Exchange them; what cannot move "
-                f"at all is a constraint, s.constrain."
-            )
 
 
 def stop(

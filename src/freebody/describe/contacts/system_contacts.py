@@ -7,7 +7,7 @@ from typing import Any
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar
-from ..constants import constant, default_value, is_number
+from ..constants import check_default, constant, is_number
 from ..description import Description, claim
 from ..frame import Frame, Point
 from ..shapes.heightline import Heightline
@@ -143,18 +143,14 @@ def impact_law(impact: str, what: str) -> str:
 def resisting(system: Description, length: Expression, about: str, what: str) -> Scalar:
     """Return the length that bounds the moment of resistance; refuse what is not 0 or more."""
     arm = constant(system, length, f"the resistance to {about} of {what}")
-    value = default_value(system, arm)
-    if value is not None and not value >= 0:
-        raise ModelError(f"Expected {about}= of 0 m or more for {what}, got {value:g}.")
+    check_default(system, arm, lambda x: x >= 0, f"{about}= of 0 m or more for {what}")
     return arm
 
 
 def bearable_pull(system: Description, adhesion: Expression, law: Scalar, what: str) -> Scalar:
     """Return the pull that a contact bears; refuse what is not 0 or more, or beside a compliant normal force."""
     pull = constant(system, adhesion, f"the adhesion of {what}")
-    value = default_value(system, pull)
-    if value is not None and not value >= 0:
-        raise ModelError(f"Expected an adhesion of 0 N or more for {what}, got {value:g}.")
+    check_default(system, pull, lambda x: x >= 0, f"an adhesion of 0 N or more for {what}")
     if law is not None and pull != 0:
         raise ModelError(
             f"{what.capitalize()} has a normal force and an adhesion, which rigid contacts have. A compliant one only "

@@ -29,6 +29,7 @@ import sympy
 from ...errors import ModelError
 from ...scalar.algebra import HALF, IDENTITY, FieldVector, Scalar, apply, scale
 from ..constants import default_value
+from ..frame import Frame
 from ..joints.joint import Joint
 from ..loads.action import Action, PointForce
 from ..loads.torsion import against, check_turn, numbers, turned, vector_of
@@ -71,8 +72,7 @@ class TurnStop(_Turn, kind="turn_stop"):
     def check(self) -> None:
         """Refuse an angle that is no stop."""
         super().check()
-        system: Any = self.joint.parent.system
-        high = default_value(system, self.high)
+        high = default_value(self.joint.parent.system, self.high)
         if high is not None and not 0 < high < float(sympy.pi):
             raise ModelError(
                 f"Expected high= between 0 and π for {self.title}, the greatest angle of the turn, got {high:g} rad. "
@@ -111,9 +111,15 @@ class _AxisFriction(DryFriction):
         """The friction of each axis."""
         return [(letter, replace(self, axis=k)) for k, letter in enumerate("xyz")]
 
-    def _along(self, at: Any, axes: Any, body: Any) -> FieldVector:
-        """Return the axis, in ground axes, of joint axes that are fixed in a body."""
+    def _unit(self, at: Any) -> FieldVector:
+        """Return the axis, in ground axes."""
+        axes, body = self._fixed
         return at.vector(FieldVector(at.field, apply(numbers(at, axes), IDENTITY[self.axis])), body)
+
+    @property
+    def _fixed(self) -> tuple[Any, Frame]:
+        """The joint axes, and the body in which they are fixed."""
+        return self.joint.parent_axes, self.joint.parent
 
 
 class TurnFriction(_Turn, _AxisFriction, kind="turn_friction"):
@@ -128,9 +134,9 @@ class TurnFriction(_Turn, _AxisFriction, kind="turn_friction"):
         joint = self.joint
         return self._unit(at).dot(at.angular_velocity(joint.child) - at.angular_velocity(joint.parent))
 
-    def _unit(self, at: Any) -> FieldVector:
-        """Return the axis, in ground axes."""
-        return self._along(at, self.joint.child_axes, self.joint.child)
+    @property
+    def _fixed(self) -> tuple[Any, Frame]:
+        return self.joint.child_axes, self.joint.child
 
 
 class ShiftFriction(_AxisFriction, kind="shift_friction"):
@@ -167,7 +173,3 @@ class ShiftFriction(_AxisFriction, kind="shift_friction"):
         """Return the child's point, and the place of the parent that is there."""
         point = self.joint.child.point(*self.joint.to)
         return point, at.spot(self.joint.parent, at.position(point))
-
-    def _unit(self, at: Any) -> FieldVector:
-        """Return the axis, in ground axes."""
-        return self._along(at, self.joint.parent_axes, self.joint.parent)

@@ -105,9 +105,7 @@ class Alone:
         """Put the outputs of a motion, and the times of its events, in place."""
         job, results, outputs = self.job, self.results, self.job.outputs
         if outputs.timed:
-            first, last = sorted((motion.path.start, motion.path.end))
-            reached = (job.times >= first) & (job.times <= last)
-            results.values[row, reached] = values(motion, outputs.timed_values)
+            results.values[row, self.reached(motion)] = values(motion, outputs.timed_values)
         if outputs.reduced:
             results.reduced[row] = extremes(motion, outputs)
         for crossing in self.asked(motion):
@@ -124,7 +122,7 @@ class Alone:
 
     def keep_slopes(self, row: int, motion: Trajectory) -> str:
         """Put the derivatives in place; return why some of them do not exist, and are nan."""
-        job, outputs, slopes = self.job, self.job.outputs, self.results.slopes
+        outputs, slopes = self.job.outputs, self.results.slopes
         sensitivity: Sensitivity = motion.sensitivity
         numbers, missing = sensitivity.numbers, []
 
@@ -134,8 +132,7 @@ class Alone:
             except SimulationError as error:
                 missing.append(str(error))
 
-        first, last = sorted((motion.path.start, motion.path.end))
-        reached = (job.times >= first) & (job.times <= last)
+        reached = self.reached(motion)
         for name, value in zip(outputs.timed, outputs.timed_values, strict=True):
             put(f"d({name})", (reached,), partial(sensitivity.of_value, value))
         for name, (how, place) in outputs.numbers.items():
@@ -148,6 +145,11 @@ class Alone:
             put("d(event_time)", (k,), partial(numbers.event, crossings[0]))
             put("d(event_last)", (k,), partial(numbers.event, crossings[-1]))
         return " ".join(dict.fromkeys(missing))
+
+    def reached(self, motion: Trajectory) -> Any:
+        """Return a mask of the output times that a motion has reached."""
+        first, last = sorted((motion.path.start, motion.path.end))
+        return (self.job.times >= first) & (self.job.times <= last)
 
     def asked(self, motion: Trajectory) -> list[Crossing]:
         """Return the events of the user, without switches of loads and without those that did not end the run."""

@@ -96,7 +96,7 @@ def coordinates_of(job: Job) -> dict[str, Any]:
     for name in lanes.varied[0]:
         result[name] = ("lane", np.asarray(lanes.columns[name]), {"long_name": f"parameter {name}"})
     model = job.kernels.model
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     for name in lanes.varied[1]:
         if name in names:
             about = {"units": unit_of_name(model, name), "long_name": f"{name} at the start"}

@@ -12,15 +12,15 @@ import numpy as np
 
 from ...dynamics.conditions.mobility import check_bodies
 from ...dynamics.conditions.unilateral import limits
-from ...errors import ModelError, SimulationError, nearest
+from ...errors import ModelError, SimulationError
 from ...model import Model
 from ...model.values import check_assumptions
 from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
 from ..contact.derivatives.sensitivity import check_derivable
+from ..contact.motion import check_order
 from ..ending import End
-from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
 from ..kernels.sides import sides_of
@@ -226,10 +226,7 @@ def job_of(request: Request, count: int | None = None) -> Job:
     """
     kernels, model, method, threads = request.kernels, request.model, request.method, request.threads
     near, project = request.near, request.project
-    if request.impacts not in ORDERS:
-        raise SimulationError(
-            f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
-        )
+    check_order(request)
     blows = blows_of(request.impulses)
     if request.executor not in (None, "threads"):
         threads = 1  # of each block, which the executor runs

@@ -147,7 +147,7 @@ class Lanes:
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
             return y[None], {}, (), ()
-        names = [*self.model.coordinate_names, *self.model.speed_names]
+        names = self.model.state_names
         quaternions = quaternions_by_joint(self.model)
         result = np.tile(y, (self.count, 1))
         named: set[int] = set()
@@ -270,7 +270,6 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
     for what, argument in (("values", values), ("initial", initial)):
         if not isinstance(argument, Mapping):
             raise SimulationError(f"Expected {what}= by name, such as {{'theta': 0.1}}, got {argument!r}.")
-    texts = model.names.texts
     symbols = {parameter.symbol: parameter.name for parameter in model.parameters}
     quaternions = quaternions_by_joint(model)
     lengths: dict[str, int] = {}
@@ -280,7 +279,7 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
         name = key if isinstance(key, str) else symbols.get(key, str(key))
         given_values[name] = _array(model, value, name, False, lengths, f"values of '{name}'")
     for key, value in initial.items():
-        name = key if isinstance(key, str) else texts.get(key, str(key))
+        name = model.names.text_of(key)
         given_initial[name] = _array(
             model, value, name, name in quaternions, lengths, f"initial values of '{name}'"
         )

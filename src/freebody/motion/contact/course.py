@@ -15,8 +15,8 @@ from ...model.contact import friction_margin
 from ...model.model import Model
 from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
-from ..kernels.program import Program
-from ..ode.dense_output import Array, Path, observe
+from ..kernels.program import Program, at_states
+from ..ode.dense_output import Array, Path
 from ..phase.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
@@ -318,19 +318,9 @@ def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> li
         program, constants = programs[key]
         times, states = motion.t[chosen], motion.states[chosen]
         if isinstance(segment.path, Leap):  # the start of a leap has no direction of slip yet
-            states, times = (
-                np.broadcast_to(segment.path.states[-1], states.shape),
-                times * 0 + segment.path.end,
-            )
-        parts.append(
-            (
-                chosen,
-                [
-                    observe(program.address(f), program.outputs(f), times, states, constants)
-                    for f in functions
-                ],
-            )
-        )
+            states = np.broadcast_to(segment.path.states[-1], states.shape)
+            times = times * 0 + segment.path.end
+        parts.append((chosen, [at_states(program, f, times, states, constants) for f in functions]))
     result = []
     for j in range(len(functions)):
         width = min((values[j].shape[1] for _, values in parts), default=0)

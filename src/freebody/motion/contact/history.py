@@ -13,7 +13,7 @@ from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constraints import linearized
 from ...dynamics.conditions.contact import contact_rows
 from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
-from ...dynamics.state import float_state
+from ...dynamics.state import state_at
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
@@ -82,15 +82,20 @@ class History:
     def __reduce__(self) -> Any:
         return Told, (self.happenings, self.timeline, self.indeterminate, self.residual)
 
-    def entries(self, *kinds: int) -> Iterator[tuple[int, Any, Any]]:
-        """Yield the entries, of these kinds or of all, in their order; see :class:`Entry`."""
-        at, marks, end = 0, self.marks.tolist(), len(self.numbers)
-        while at < len(marks):
-            kind, size, first = marks[at : at + 3]
+    def entries(self, *kinds: int) -> Iterator[Entry]:
+        """Yield the entries, of these kinds or of all, in their order."""
+        at = 0
+        while at < len(self.marks):
+            kind, size = self.marks[at : at + 2].tolist()
             if not kinds or kind in kinds:
-                last = marks[at + size + 2] if at + size < len(marks) else end
-                yield kind, marks[at + 3 : at + size], self.numbers[first:last]
+                yield self.entry(at)
             at += size
+
+    def entry(self, at: int) -> Entry:
+        """Return the entry at a place."""
+        kind, size, first = self.marks[at : at + 3].tolist()
+        last = self.marks[at + size + 2] if at + size < len(self.marks) else len(self.numbers)
+        return Entry(kind, self.marks[at + 3 : at + size].tolist(), self.numbers[first:last])
 
     def modes(self, numbers: list[int], directions: Array) -> tuple[str, ...]:
         """Return the names of modes; ``directions`` has two numbers for each contact at its limit of friction."""
@@ -106,12 +111,6 @@ class History:
     def path(self) -> Phases:
         """The phases of the run."""
         return Phases(Logged(self), self.status)
-
-    def entry(self, at: int) -> tuple[list[int], Array]:
-        """Return the integers and the real numbers of the entry at a place."""
-        size, first = self.marks[at + 1 : at + 3].tolist()
-        last = self.marks[at + size + 2] if at + size < len(self.marks) else len(self.numbers)
-        return self.marks[at + 3 : at + size].tolist(), self.numbers[first:last]
 
     @cached_property
     def crossings(self) -> list[tuple[Crossing, ...]]:
@@ -129,7 +128,7 @@ class History:
 
     def segment(self, k: int) -> Segment:
         """Return a phase of the run."""
-        marks, numbers = self.entry(self.phases[k])
+        _, marks, numbers = self.entry(self.phases[k])
         E, other = len(self.work.names), self.parameters_of(k, numbers)
         first, rows, status, rejected, evaluations, stiff, blame, kind, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
@@ -194,22 +193,20 @@ class History:
     @cached_property
     def happenings(self) -> tuple[Happening, ...]:
         """Blows, impacts and changes of mode, in their order."""
-        happenings, notes = list[Happening](), iter(self._notes)
-        for kind, marks, numbers in self.entries(
-            event_run.TOLD, event_run.IMPACT, event_run.RESTING, event_run.NOTE
-        ):
-            if kind == event_run.TOLD:
-                happenings.append(self.told[marks[0]])
-            elif kind == event_run.IMPACT:
-                happenings.append(self._impact(marks, numbers))
-            elif kind == event_run.RESTING:
-                happenings.append(self._rest(marks, numbers))
+        happenings, notes, names = list[Happening](), iter(self._notes), self.work.model.state_names
+        for entry in self.entries(event_run.TOLD, event_run.IMPACT, event_run.RESTING, event_run.NOTE):
+            if entry.kind == event_run.TOLD:
+                happenings.append(self.told[entry.marks[0]])
+            elif entry.kind == event_run.IMPACT:
+                happenings.append(self._impact(entry))
+            elif entry.kind == event_run.RESTING:
+                happenings.append(self._rest(entry))
             else:
-                y = numbers[1 : 1 + self.work.it.n_y]
+                y = entry.numbers[1 : 1 + self.work.it.n_y]
                 for was, (name, mode, t, _, why) in next(notes):
                     if was is not None:
                         text = f"contact {name}: {shown(was)} → {shown(mode)}, {why}"
-                        happenings.append(self._happening(t, name, y, y, text))
+                        happenings.append(Happening.between(names, t, name, (y, y), text))
         return tuple(happenings)
 
     @cached_property
@@ -221,7 +218,7 @@ class History:
     def _notes(self) -> list[list[tuple[str | None, list[Any]]]]:
         """Changes of mode of every note: the mode before, and contact, mode, start, end, why."""
         current: dict[int, list[Any]] = {}
-        notes = [self._note(marks, numbers, current) for _, marks, numbers in self.entries(event_run.NOTE)]
+        notes = [self._note(entry, current) for entry in self.entries(event_run.NOTE)]
         for change in current.values():
             change[3] = float(self.path.end)
         return notes
@@ -231,17 +228,9 @@ class History:
         """True if blows or impacts may exceed the limits of one-sided constraints."""
         return bool(self.told or limits(self.work.model))
 
-    def _happening(
-        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
-    ) -> Happening:  # fmt: skip
-        names = (*self.work.model.coordinate_names, *self.work.model.speed_names)
-        first, last = (dict(zip(names, y.tolist(), strict=False)) for y in (before, after))
-        return Happening(t, name, 0, first, text, last, warnings)
-
-    def _note(
-        self, marks: list[int], numbers: Array, current: dict[int, list[Any]]
-    ) -> list[tuple[str | None, list[Any]]]:
+    def _note(self, entry: Entry, current: dict[int, list[Any]]) -> list[tuple[str | None, list[Any]]]:
         """Return the changes of a note; ``current`` has the last one of every contact."""
+        _, marks, numbers = entry
         work, E, n_y = self.work, len(self.work.names), self.work.it.n_y
         hit, compliance = marks[:2]
         t, changes = float(numbers[0]), []
@@ -279,16 +268,17 @@ class History:
             changes.append((was, current[k]))
         return changes
 
-    def _rest(self, marks: list[int], numbers: Array) -> Happening:
+    def _rest(self, entry: Entry) -> Happening:
+        _, marks, numbers = entry
         n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])
-        t, before, after = float(numbers[0]), numbers[1 : 1 + n_y], numbers[1 + n_y : 1 + 2 * n_y]
+        states = numbers[1 : 1 + n_y], numbers[1 + n_y : 1 + 2 * n_y]
         text = f"{names}: slips slower than {event_run.SLOW:.0e} m/s end here together"
         if marks[0] == event_run.SERIES:
             text = f"{names}: the bounces end here, the limit of their geometric series"
-        return self._happening(t, "rest", before, after, text)
+        return Happening.between(self.work.model.state_names, float(numbers[0]), "rest", states, text)
 
-    def _impact(self, marks: list[int], numbers: Array) -> Happening:
-        hit, parts = impact_of(self.work, marks, numbers), []
+    def _impact(self, entry: Entry) -> Happening:
+        hit, parts = impact_of(self.work, entry), []
         for k, before, after in zip(hit.chosen, hit.speeds, hit.speeds_after, strict=True):
             if before < -hit.still:
                 new = 0.0 if abs(after) <= hit.still else after
@@ -302,7 +292,8 @@ class History:
             parts.append("indeterminate impulses of equal compliance")
         warnings = passed(self.work, hit)
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
-        return self._happening(hit.t, "impact", hit.before, hit.after, "; ".join(parts), warnings)
+        names, states = self.work.model.state_names, (hit.before, hit.after)
+        return Happening.between(names, hit.t, "impact", states, "; ".join(parts), warnings)
 
 
 class Logged(Sequence[Segment]):
@@ -369,9 +360,9 @@ class ImpactEntry(NamedTuple):
     open: bool
 
 
-def impact_of(work: ContactRun, marks: list[int], numbers: Array) -> ImpactEntry:
-    """Return an impact of the log; ``impulses`` are those of all rows."""
-    n_y, scene, chosen = work.it.n_y, work.scene, marks[2:]
+def impact_of(work: ContactRun, entry: Entry) -> ImpactEntry:
+    """Return an impact of the log; ``impulses`` are those of all rows, in units of `candidates.stretches`."""
+    n_y, scene, numbers, chosen = work.it.n_y, work.scene, entry.numbers, entry.marks[2:]
     t, part, _, still = numbers[:4].tolist()
     before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
     at, speeds, speeds_after, impulses = 4 + 2 * n_y, [], [], np.zeros(scene.rows)
@@ -379,10 +370,11 @@ def impact_of(work: ContactRun, marks: list[int], numbers: Array) -> ImpactEntry
         size = 1 + scene.tangents[k]
         speeds.append(float(numbers[at]))
         speeds_after.append(float(numbers[at + 1]))
-        part_of = slice(scene.first[k], scene.first[k] + size)
-        impulses[part_of] = numbers[at + 2 : at + 2 + size] * work.ratios[part_of]
+        impulses[scene.first[k] : scene.first[k] + size] = numbers[at + 2 : at + 2 + size]
         at += 2 + size
-    return ImpactEntry(t, part, still, before, after, chosen, speeds, speeds_after, impulses, bool(marks[0]))
+    return ImpactEntry(
+        t, part, still, before, after, chosen, speeds, speeds_after, impulses, bool(entry.marks[0])
+    )
 
 
 def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
@@ -392,16 +384,16 @@ def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
     """
     if not limits(work.model):
         return ()
-    mine, y = slice(work.n, work.n + work.n_u), hit.before
-    state = float_state(work.model, y[: work.n].tolist(), y[mine].tolist(), hit.t, work.values)
+    mine, y, impulses = slice(work.n, work.n + work.n_u), hit.before, hit.impulses * work.ratios
+    state = state_at(work.model, y, hit.t, work.values)
     M: Any = np.array(mass_matrix(work.model, state))
     W: Any = np.array(contact_rows(work.model, state).matrix)
     active, conditions = list(work.scene.kernels.active), linearized(work.model, state).matrix
     G = np.array([conditions[i] for i in active], dtype=float)
     multipliers = np.zeros(len(conditions))
-    left = M @ (hit.after - y)[mine] - hit.impulses @ W
+    left = M @ (hit.after - y)[mine] - impulses @ W
     multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
-    largest = max(np.abs(multipliers).max(), np.abs(hit.impulses).max())
+    largest = max(np.abs(multipliers).max(), np.abs(impulses).max())
     return passed_by_impulse(
         work.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), hit.t
     )

@@ -185,14 +185,8 @@ class Memory:
             self._keep()
 
     def _keep(self) -> None:
-        blocks = [
-            self.it.memory,
-            self.steps.memory,
-            self.looking,
-            self.phase,
-            self.energy,
-            self.hoisted.memory,
-        ]
+        blocks = [x.memory for x in (self.it, self.steps, self.hoisted)]
+        blocks += [self.looking, self.phase, self.energy]
         if self.laws is not None:
             blocks += [self.laws.memory, self.laws.arrays["e_c"]]
         self.images = [(block, block.copy()) for block in blocks]
@@ -232,20 +226,16 @@ class Memory:
 
     def _log_rows(self, marks: int, numbers: int, rows: int) -> None:
         """Make longer rows for the log, with what is in it."""
-        it = self.it
-
-        def row(old: Any, length: int, shape: Any, kind: Any = np.float64) -> Any:
-            new = np.empty(shape, dtype=kind)
-            if length:
-                new[:length] = old[:length]
-            return new
-
-        arrays = it.arrays
-        it.marks = row(arrays.get("marks"), it.marked, marks, np.int64)
-        it.numbers = row(arrays.get("numbers"), it.numbered, numbers)
-        it.times = row(arrays.get("times"), it.logged, rows)
-        it.lengths = row(arrays.get("lengths"), it.logged, rows)
-        it.states = row(arrays.get("states"), it.logged * it.n_y, rows * it.n_y)
+        it, n = self.it, self.it.n_y
+        sizes = {
+            "marks": (it.marked, marks), "numbers": (it.numbered, numbers), "times": (it.logged, rows),
+            "lengths": (it.logged, rows), "states": (it.logged * n, rows * n),
+        }  # fmt: skip
+        for name, (filled, room) in sizes.items():
+            new = np.empty(room, dtype=np.int64 if name == "marks" else np.float64)
+            if filled:
+                new[:filled] = it.arrays[name][:filled]
+            setattr(it, name, new)
         it.marks_room, it.numbers_room, it.path_room = marks, numbers, rows
 
 

@@ -44,10 +44,7 @@ def touching_motion(request: Request) -> Trajectory:
 def touching_motion_of(problem: Problem, between: Progress, sided: bool = True) -> tuple[Trajectory, History]:
     """Return the motion of a problem, and its history; with ``sided`` it is located where laws of loads switch."""
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
-    if request.impacts not in ORDERS:
-        raise SimulationError(
-            f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
-        )
+    check_order(request)
     if request.indeterminate not in CHOICES:
         raise SimulationError(
             "Expected indeterminate='compliance' (the limit of equal compliance) or 'refuse', got "
@@ -81,6 +78,20 @@ def touching_motion_of(problem: Problem, between: Progress, sided: bool = True) 
     return trajectory, history
 
 
+def check_order(request: Request) -> None:
+    """Refuse an order of impacts that does not exist."""
+    if request.impacts not in ORDERS:
+        raise SimulationError(
+            f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
+        )
+
+
+def _expect(holds: bool, expected: str, value: float) -> None:
+    """Refuse a number for which a condition does not hold."""
+    if not holds:
+        raise SimulationError(f"Expected {expected}, got {value:g}.")
+
+
 def _trajectory(problem: Problem, history: History) -> Trajectory:
     request = problem.request
     trajectory = Trajectory(*problem.outcome(history.path), course=Touching(history))
@@ -95,17 +106,12 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
             size = (
                 1.0 if given is None else number(model, values, given, f"the {name} of friction '{c.name}'")
             )
-            if not size > 0:
-                raise SimulationError(f"Expected {name}= above 0 m for friction '{c.name}', got {size:g}.")
+            _expect(size > 0, f"{name}= above 0 m for friction '{c.name}'", size)
         laws = (c.friction_at_rest, c.static_friction)
         if c.presser:
             law: Any = c.law
-            given = f"{law.about}= of contact '{c.owner}'"
-            length = number(model, values, c.friction, given)
-            if not length >= 0:
-                raise SimulationError(
-                    f"Expected {law.about}= of 0 m or more for contact '{c.owner}', got {length:g}."
-                )
+            length = number(model, values, c.friction, f"{law.about}= of contact '{c.owner}'")
+            _expect(length >= 0, f"{law.about}= of 0 m or more for contact '{c.owner}'", length)
             continue
         varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)
         words = (f"the {kind} of contact '{c.name}'" for kind in ("friction", "static friction"))
@@ -132,17 +138,8 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
             raise SimulationError(
                 f"Expected two coefficients of friction above 0 of contact '{c.name}', got {mu:g} and {across:g}."
             )
-        if not pull >= 0:
-            raise SimulationError(
-                f"Expected an adhesion of contact '{c.name}' of at least 0 N, got {pull:g}."
-            )
-        if not mu >= 0:
-            raise SimulationError(f"Expected a friction of contact '{c.name}' of at least 0, got {mu:g}.")
-        if not static >= mu:
-            raise SimulationError(
-                f"Expected a static friction of contact '{c.name}' of at least the kinetic one, {mu:g}, got {static:g}."
-            )
-        if not 0 <= e <= 1:
-            raise SimulationError(
-                f"Expected a restitution of contact '{c.name}' from 0 (no rebound) to 1 (no loss), got {e:g}."
-            )
+        of = f"of contact '{c.name}'"
+        _expect(pull >= 0, f"an adhesion {of} of at least 0 N", pull)
+        _expect(mu >= 0, f"a friction {of} of at least 0", mu)
+        _expect(static >= mu, f"a static friction {of} of at least the kinetic one, {mu:g}", static)
+        _expect(0 <= e <= 1, f"a restitution {of} from 0 (no rebound) to 1 (no loss)", e)

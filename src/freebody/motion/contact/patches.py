@@ -20,7 +20,7 @@ import numpy as np
 
 from ...describe.shapes.feature import Corner, Edge, Face, Feature
 from ...dynamics.kinematics import coordinate_rates
-from ...dynamics.state import float_state
+from ...dynamics.state import float_state, state_at
 from ...errors import SimulationError
 from ...model.patched import EDGE_ON_EDGE, KINDS
 from ..families import feature_changes
@@ -31,8 +31,8 @@ from ..families.memory import fill_members, link_poses
 from ..families.meshes import most_points
 from ..kernels.hoisted import Hoisted
 from ..kernels.kernels import Kernels
-from ..kernels.program import Program
-from ..ode.dense_output import Array, outputs_at
+from ..kernels.program import Program, at_state
+from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
 
 TURNED = 1e-6
@@ -104,9 +104,7 @@ class Patches:
     def look(self, t: float, y: Array) -> None:
         """Set the poses of the links at a state."""
         links = self.it.families.links
-        links.poses[POSE:] = outputs_at(
-            self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.it.poses_c
-        )
+        links.poses[POSE:] = at_state(self.poses, self.name, t, y, self.it.poses_c)
 
     def changed(self, t: float, y: Array) -> bool:
         """Choose the features of the patches whose places do not hold at a state; return True if there are any."""
@@ -123,9 +121,7 @@ class Patches:
         it, n_q = self.it, self.model.n_q
         fastest = 1 + float(np.abs(y[n_q : n_q + self.model.n_u]).max(initial=0))
         later, dt = y.copy(), SOON / fastest
-        state = float_state(
-            self.model, y[:n_q].tolist(), y[n_q : n_q + self.model.n_u].tolist(), t, self.values
-        )
+        state = state_at(self.model, y, t, self.values)
         later[:n_q] += dt * np.array([float(x) for x in coordinate_rates(self.model, state)])
         for p, (pair, places) in enumerate(zip(self.pairs, self.places, strict=True)):
             at = {place: self.most * p + k for k, place in enumerate(places)}
@@ -208,7 +204,7 @@ class Patches:
                 normal = patch.points[rows.index(list(one)), 3:6]
                 self.values.update(self._numbers(p, place, one, normal))
         for place in places.keys() - kept.keys():
-            self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
+            self._count(pair, place, False)
         it.used[p] = len(kept) or -1
         for k, (place, one) in enumerate(kept.items(), start=start):
             it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.places[place]

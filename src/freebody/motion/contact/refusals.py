@@ -158,9 +158,7 @@ def open_shares(work: ContactRun, why: int) -> SimulationError:
 def paradox(work: ContactRun, why: int) -> SimulationError:
     """Return the error for a state in which no motion, or several, satisfy the laws of rigid contact."""
     it, problem, seen, chosen = work.it, work.memory.problem, work.seen(), work.chosen()
-    state = zip(
-        (*work.model.coordinate_names, *work.model.speed_names), np.array(it.y).tolist(), strict=False
-    )
+    state = zip(work.model.state_names, np.array(it.y).tolist(), strict=False)
     where = ", ".join(f"{name} = {x:.6g}" for name, x in state)
     criteria, alone = [], []
     undefined = [f"'{work.names[k]}'" for k in chosen if not np.isfinite(seen.friction[k])]

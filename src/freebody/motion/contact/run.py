@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.bearing_loads import shared
-from ...dynamics.state import float_state
+from ...dynamics.state import state_at
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
+from ..kernels.program import at_state
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
-from ..ode.dense_output import Array, outputs_at
+from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
 from ..phase.snapshot import Snapshot
 from ..start.fitting import refuse_misfits
@@ -111,9 +112,7 @@ def choose_features(work: ContactRun) -> None:
     it, patches = work.it, work.patches
     if patches is None:
         return
-    search, count = work.memory.steps.search, work.memory.steps.events
-    numbers = search.log_numbers[:count][search.log_times[:count] == it.t]
-    numbers -= len(work.specs) + work.scene.laws
+    numbers = ended_by(work) - (len(work.specs) + work.scene.laws)
     if 0 in numbers or 1 in numbers:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
         it.reason[np.array(it.reason) == event_run.BLOW] = reason
@@ -148,10 +147,7 @@ def rub(work: ContactRun, blow: Blow, hit: Any) -> None:
         check_blows(
             model, [blow], "the blow has a restitution of its own, of a surface that s.contact describes"
         )
-    y = np.array(it.y)
-    state = float_state(
-        model, y[: model.n_q].tolist(), y[model.n_q :][: model.n_u].tolist(), it.t, work.values
-    )
+    state = state_at(model, np.array(it.y), it.t, work.values)
     blown: list[Any] = []
     for law in (contact.law for contact in model.contacts if contact.loaded):
         reaction = hit.reactions[law.joint.name]
@@ -175,12 +171,22 @@ def log(work: ContactRun, kind: int, number: int) -> None:
 
 def blows(work: ContactRun) -> None:
     """Let the blows act whose events end the phase."""
+    for which in (ended_by(work) - work.asked).tolist():
+        if 0 <= which < len(work.called):
+            called(work, which)
+
+
+def ended_by(work: ContactRun) -> Any:
+    """Return the numbers of the functions that are zero now, at the end of a phase."""
     search, count = work.memory.steps.search, work.memory.steps.events
-    for number, time in zip(search.log_numbers[:count], search.log_times[:count], strict=True):
-        which = int(number) - work.asked
-        if 0 <= which < len(work.called) and time == work.it.t and work.counts[which] > 0:
-            work.counts[which] -= 1
-            struck(work, work.called[which])
+    return search.log_numbers[:count][search.log_times[:count] == work.it.t]
+
+
+def called(work: ContactRun, which: int) -> None:
+    """Let a blow act that an event calls for, if it may once more."""
+    if work.counts[which] > 0:
+        work.counts[which] -= 1
+        struck(work, work.called[which])
 
 
 # -- signals and controllers -----------------------------------------------------------------------------
@@ -215,9 +221,8 @@ def changed(work: ContactRun) -> bool:
             work.memory.fit_entry()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
-        elif work.counts[k - work.asked] > 0:
-            work.counts[k - work.asked] -= 1
-            struck(work, work.called[k - work.asked])
+        else:
+            called(work, int(k) - work.asked)
     if ends:
         code("break_off")(it, End.TERMINAL)
     return ends
@@ -225,6 +230,5 @@ def changed(work: ContactRun) -> bool:
 
 def watched(work: ContactRun, y: Array) -> Array:
     """Return the functions of the user's events, and of those that call blows."""
-    program, phase = work.memory.program, work.memory.phase
-    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, phase)
-    return outputs[: len(work.specs)]
+    memory = work.memory
+    return at_state(memory.program, "watched", work.it.t, y, memory.phase)[: len(work.specs)]

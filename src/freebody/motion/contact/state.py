@@ -178,10 +178,6 @@ class ContactRun:
         at = self.scene.first[k]
         return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
 
-    def speed(self, seen: Snapshot, k: int) -> float:
-        """Return the slip speed of a contact [m/s]."""
-        return math.hypot(*self.slip(seen, k).tolist())
-
     def smooth(self, seen: Snapshot, k: int) -> bool:
         """Return True if the coefficients of friction are zero in this run."""
         return bool(seen.friction[k] == seen.static[k] == 0)

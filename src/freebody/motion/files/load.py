@@ -74,7 +74,7 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
         kernels = kernels_of(system)
         if about["kind"] != "steps":
             kernels = kernels.by_events()
-        names = (*kernels.model.coordinate_names, *kernels.model.speed_names)
+        names = kernels.model.state_names
         if machine is not None and (
             names != tuple(about["names"])
             or {p.name for p in kernels.model.parameters} != set(about["values"])

@@ -118,7 +118,7 @@ class Kernels:
     def names(self) -> tuple[str, ...]:
         """Names of the components of y."""
         work = ("work",) if self.works else ()
-        return (*self.model.coordinate_names, *self.model.speed_names, *work)
+        return (*self.model.state_names, *work)
 
     def values(self, overrides: Mapping[Any, Any] | None) -> dict[str, float]:
         """Return the values of all parameters by name (:meth:`Model.values`). The defaults are read once."""
@@ -143,6 +143,12 @@ class Kernels:
     def parameters(self, values: Mapping[str, float]) -> Array:
         """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
+
+    def rates_of(self, state: State) -> list[Scalar]:
+        """Return y' on a tape: the rates of the coordinates and speeds, and the power of the work if there is any."""
+        moving = motion(self.model, state, self.active)
+        rates: list[Scalar] = [*coordinate_rates(self.model, state), *moving.udot]
+        return [*rates, total_power(self.model, state, moving)] if self.works else rates
 
     def recorded(self) -> tuple[Tape, State, list[Scalar]]:
         """Return a new tape, the state on it, and the constants of a run: the parameters."""
@@ -272,27 +278,14 @@ class Kernels:
         return replace(rates, projection=program.address("projection"), projected=projected)
 
     def closing(self) -> Conditions:
-        """Program of the constraints of a model, for `gauss_newton`.
-
-        Its functions of (q, u, selection) are ``conditions`` (the residuals of all conditions, the entries of their
-        matrix G), ``motion`` (the rates of the conditions, the entries of G, the diagonal of the mass matrix M, and
-        `articulated_diagonal`), ``moved`` (q') and ``least`` (`least_speed_change`).
-        """
+        """Program of the constraints of a model, for `gauss_newton`; its functions are `closing_functions`."""
         m, n = len(self.on_speeds), self.model.n_u
         places: list[tuple[int, int]] = []
 
-        def functions(state: State, selection: Sequence[Scalar]) -> dict[str, Sequence[Scalar]]:
-            linear = linearized(self.model, state)
-            matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
-            places.extend((i, j) for i, j, _ in matrix)
-            G = [x for _, _, x in matrix]
-            masses = [*mass_diagonal(self.model, state), *articulated_diagonal(self.model, state)]
-            return {
-                "conditions": [*linear.residual, *G],
-                "motion": [*linear.rate, *G, *masses],
-                "moved": list(coordinate_rates(self.model, state)),
-                "least": least_speed_change(self.model, state, Selection(selection[:n], selection[n:])),
-            }
+        def functions(state: State, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:
+            found, result = self.closing_functions(state, selection)
+            places.extend(found)
+            return result
 
         if "closing" not in self.programs:
             program = self.program("closing", functions, n + m)
@@ -301,6 +294,26 @@ class Kernels:
                 program.compiled, rows=rows_of_entries, columns=np.ascontiguousarray(columns), shape=(m, n)
             )
         return cast(Conditions, self.programs["closing"])
+
+    def closing_functions(
+        self, state: State, selection: Sequence[Scalar]
+    ) -> tuple[list[tuple[int, int]], dict[str, list[Scalar]]]:
+        """Return the places of the entries of the matrix G of the conditions, and functions of (q, u, selection).
+
+        These are ``conditions`` (the residuals of all conditions, the entries of G), ``motion`` (the rates of the
+        conditions, the entries of G, the diagonal of the mass matrix M, and `articulated_diagonal`), ``moved`` (q') and
+        ``least`` (`least_speed_change`).
+        """
+        model, n, linear = self.model, self.model.n_u, linearized(self.model, state)
+        matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
+        G = [x for _, _, x in matrix]
+        masses = [*mass_diagonal(model, state), *articulated_diagonal(model, state)]
+        return [(i, j) for i, j, _ in matrix], {
+            "conditions": [*linear.residual, *G],
+            "motion": [*linear.rate, *G, *masses],
+            "moved": list(coordinate_rates(model, state)),
+            "least": list(least_speed_change(model, state, Selection(selection[:n], selection[n:]))),
+        }
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:

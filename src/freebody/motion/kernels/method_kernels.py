@@ -23,7 +23,6 @@ import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix, potential_energy
 from ...dynamics.linear import Factorization, scalar_product
-from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError, SimulationError
 from ...model import Model
 from ...native.records import padded
@@ -44,13 +43,9 @@ def tangent(kernels: Kernels) -> Program:
         along = Directions("rates", kernels.size)
         kernels.programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
     if "tangent" not in kernels.programs:
-        model = kernels.model
         tape, state, parameters = kernels.recorded()
-        moving = motion(model, state, kernels.active)
-        outputs = [*coordinate_rates(model, state), *moving.udot]
-        y = [*state.q, *state.u]
+        outputs, y = kernels.rates_of(state), [*state.q, *state.u]
         if kernels.works:
-            outputs.append(total_power(model, state, moving))
             y.append(tape.input("work done"))
         v = [tape.input(f"direction {i}") for i in range(len(y))]
         outputs_by_name = {"tangent": forward(tape, outputs, y, v)}
@@ -65,14 +60,9 @@ def series(kernels: Kernels) -> Program:
     (`program.series.jet`).
     """
     if "series" not in kernels.programs:
-        model = kernels.model
         tape, state, parameters = kernels.recorded()
-        moving = motion(model, state, kernels.active)
-        outputs = [*coordinate_rates(model, state), *moving.udot]
-        if kernels.works:
-            outputs.append(total_power(model, state, moving))
-        inputs = [*state.q, *state.u]
-        kernels.programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
+        outputs, inputs = kernels.rates_of(state), [*state.q, *state.u]
+        kernels.programs["series"] = series_of(kernels.model, tape, outputs, state.t, inputs, parameters)
     return kernels.programs["series"]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ode.dense_output import observe
+from ..ode.dense_output import observe, outputs_at
 from .hoisted import Hoisted, add_constants
 
 Array = NDArray[np.float64]
@@ -44,6 +44,17 @@ class Program:
         return last[1].copy()
 
 
+def at_state(program: Any, function: str, t: float, y: Array, constants: Array) -> Array:
+    """Return the outputs of a function of a program at one state."""
+    row = np.ascontiguousarray(y, dtype=float)
+    return outputs_at(program.address(function), program.outputs(function), t, row, constants)
+
+
+def at_states(program: Any, function: str, times: Array, states: Array, constants: Array) -> Array:
+    """Return the outputs of a function of a program, shape (k, outputs), at each of k times and states."""
+    return observe(program.address(function), program.outputs(function), times, states, constants)
+
+
 @dataclass(frozen=True)
 class Conditions(Program):
     """A compiled set of functions of the conditions, which give the matrix G by its entries.
@@ -66,7 +77,7 @@ class Conditions(Program):
         """Return the outputs of a function, shape (k, outputs), at states (q, u), shape (k, n_q + n_u)."""
         selection = np.zeros((len(states), sum(self.shape)))
         moved = np.concatenate([states, selection], axis=1)
-        return observe(self.address(function), self.outputs(function), times, moved, constants)
+        return at_states(self, function, times, moved, constants)
 
     def entries(self, outputs: Array) -> Array:
         """Return the entries of G, row by row, from the outputs of "conditions" or "motion" at one state."""

@@ -16,13 +16,13 @@ from ...errors import ModelError, SimulationError, arguments_named
 from ...scalar.algebra import Expression, Vector
 from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import Array, Path, Watch
+from ..ode.dense_output import Path
 from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..start.loaded_joints import check_loads
 from ..trajectory.contact_expressions import of_contacts, refuse_outputs
-from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
+from ..trajectory.event import EventSpec, Happening, event
 from ..trajectory.phases import Phases, Segment, segments_of
 
 
@@ -84,14 +84,9 @@ def blow(
     >>> print(motion.events)
     t = 1 s: kick: x' 0 → 2
     """
-    options = {
-        "at": at,
-        "impulse": impulse,
-        "moment": moment,
-        "frame": frame,
-        "normal": normal,
-        "restitution": restitution,
-    }
+    options = dict(  # those of `impulse`
+        at=at, impulse=impulse, moment=moment, frame=frame, normal=normal, restitution=restitution
+    )
     return Blow(when, str(name), options, count)
 
 
@@ -164,14 +159,6 @@ def watching_specs(
     return (*specs, *(call_of(blow) for blow in blows if located(kernels, blow)))
 
 
-def watching_blows(
-    kernels: Kernels, parameters: Array, specs: Sequence[EventSpec], blows: Sequence[Blow]
-) -> Watch | None:
-    """Return the compiled event functions of the user's events and of blows."""
-    all_specs = watching_specs(kernels, specs, blows)
-    return watching(kernels, parameters, all_specs, expressions_of(kernels.model, all_specs))
-
-
 def struck_path(
     problem: Problem, advance: Callable[..., Path | Phases], state: Any, blows: Sequence[Blow]
 ) -> tuple[Phases, tuple[Happening, ...]]:
@@ -186,7 +173,7 @@ def struck_path(
     check_forwards(begin, end, "a run with impulses=", "blows")
     count = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
-    remaining = {id(blow): np.inf if blow.times is None else blow.times for blow in called}
+    remaining = [np.inf if blow.times is None else blow.times for blow in called]
     segments: list[Segment] = []
     happenings: list[Happening] = []
     t, y, work, last = begin, np.array(state, dtype=float), 0.0, -np.inf
@@ -201,11 +188,10 @@ def struck_path(
             segments.append(replace(leg, path=replace(leg.path, crossings=own)))
         work = legs[-1].impulses
         stopped = path.status == End.TERMINAL
-        now = [
-            called[c.number - count]
-            for c in calls
-            if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
-        ]
+        last_moment = 1e-12 * max(1.0, abs(path.end))
+        fallen = [c.number - count for c in calls if stopped and abs(c.time - path.end) <= last_moment]
+        fallen = [k for k in fallen if remaining[k] > 0]
+        now = [called[k] for k in fallen]
         y, t = legs[-1].path.states[-1].copy(), path.end
         if path.status == End.FINISHED and timed:
             while timed and timed[0][0] == target:
@@ -215,10 +201,9 @@ def struck_path(
         user_stop = stopped and any(
             c.time == path.end and c.number < count and specs[c.number].terminal for c in path.crossings
         )
-        now = [blow for blow in now if remaining.get(id(blow), 1) > 0]
+        for k in fallen:
+            remaining[k] -= 1
         for blow in now:
-            if id(blow) in remaining:
-                remaining[id(blow)] -= 1
             y, gained, happening = strike(kernels, numbers, t, y, blow)
             work += gained
             happenings.append(happening)
@@ -253,8 +238,7 @@ def hit_by(kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blo
 
     model = kernels.model
     unresisted = Equations(model)  # contacts stop a body in the impact that follows the blow
-    names = [*model.coordinate_names, *model.speed_names]
-    before = dict(zip(names, y.tolist(), strict=False))
+    before = dict(zip(model.state_names, y.tolist(), strict=False))
     try:
         return struck(unresisted, initial=before, values=numbers, t=t, **blow.options)
     except ModelError as error:
@@ -271,7 +255,7 @@ def speeds_after(kernels: Kernels, y: Any, hit: Any) -> Any:
 def happening_of(kernels: Kernels, t: float, name: str, y: Any, after: Any, warnings: Any) -> Happening:
     """Return the event of a blow with the states before and after it."""
     model = kernels.model
-    names = [*model.coordinate_names, *model.speed_names]
-    first, last = (dict(zip(names, state.tolist(), strict=False)) for state in (y, after))
-    jumps = ", ".join(f"{u} {first[u]:.6g} → {last[u]:.6g}" for u in model.speed_names if last[u] != first[u])
-    return Happening(t, name, 0, first, f"{name}: {jumps or 'no speed changes'}", last, warnings)
+    speeds = zip(model.speed_names, y[model.n_q :].tolist(), after[model.n_q :].tolist(), strict=False)
+    jumps = ", ".join(f"{u} {first:.6g} → {last:.6g}" for u, first, last in speeds if last != first)
+    text = f"{name}: {jumps or 'no speed changes'}"
+    return Happening.between(model.state_names, t, name, (y, after), text, warnings)

@@ -115,9 +115,8 @@ def ahead(
     sense = 1.0 if times[-1] >= times[0] else -1.0
     near = s < LIMIT
     entered = near[1:] & ~near[:-1]
-    if (
-        len(s) > 2
-    ):  # a step may lead from one side to the other: s falls towards 0 before it, and has risen after it
+    if len(s) > 2:
+        # a step may lead from one side to the other: s falls towards 0 before it, and has risen after it
         ends = s[1:-1] + (s[1:-1] - s[:-2]) * np.diff(times)[1:] / np.diff(times)[:-1]
         entered[1:] |= ~near[1:-1] & ~near[2:] & (ends < LIMIT)
     if behind is not None:
@@ -135,11 +134,8 @@ def ahead(
             moments, _, distances = _between(
                 kernels, rates, times[k : k + 2], states[k : k + 2], np.linspace(0, 1, SAMPLES)
             )
-            before = (
-                moments[max(int(np.argmax(distances < LIMIT)) - 1, 0)]
-                if (distances < LIMIT).any()
-                else moments[-1]
-            )
+            inside = np.flatnonzero(distances < LIMIT)
+            before = moments[max(int(inside[0]) - 1, 0)] if inside.size else moments[-1]
             # the first; if both are the same position, the one that is nearer to s = 0
             first = sense * min(sense * moment for moment, _ in met)
             same = [meeting for meeting in met if abs(meeting[0] - first) <= SHORTER * abs(first - times[k])]
@@ -154,7 +150,7 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
     if len(times) < 2:
         return None
     n_q, h = kernels.model.n_q, np.diff(times)[:, None]
-    speeds = observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    speeds = rates.along(times, states)[:, :n_q]
     inside = np.repeat(states[:-1], len(INSIDE), axis=0)
     q0, d, v0, v1 = (
         x[:, None, :]
@@ -176,7 +172,7 @@ def _between(
     both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
-    speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    speeds = h * rates.along(times, states)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
     z = z[:, None]
     d, between = q1 - q0, np.repeat(states[:1], len(z), axis=0)
@@ -384,9 +380,8 @@ def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Hap
     G = Entries(program.entries(numbers), program.rows, program.columns)
     names = names_of_dependent(model, G, numbers[-2 * n : -n], kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
-    state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (
         f"{' and '.join(shown)} become{'s' if len(names) == 1 else ''} dependent, as where bars come into line: the "
         "machine could go on in more ways than one, and keeps to its branch"
     )
-    return Happening(meeting, names[0], 0, state, text, state)
+    return Happening.between(kernels.names, meeting, names[0], (y, y), text)

@@ -28,7 +28,8 @@ from ...model.symbols import symbols_of
 from ...scalar.dual import value_of
 from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
+from ..kernels.program import at_state
+from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, outputs_at
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
 from ..start.signals import at_time
@@ -170,7 +171,7 @@ class Drives:
         """Set the inputs of a controller to what its function returns."""
         controller = self.model.controllers[i]
         values = dict(self.numbers)
-        values.update(zip((*self.model.coordinate_names, *self.model.speed_names), y.tolist(), strict=False))
+        values.update(zip(self.model.state_names, y.tolist(), strict=False))
         values.update(zip((name for name, _ in controller.sensors), self._sensed(i, t, y), strict=True))
         try:
             answer = controller.function(t, Reading(values, controller.name))
@@ -187,8 +188,7 @@ class Drives:
         if program is None:
             return []
         constants = program.constants(self.kernels.parameters(self.numbers))
-        count = program.outputs("values")
-        return observe(program.address("values"), count, np.array([t]), y[None], constants)[0].tolist()
+        return at_state(program, "values", t, y, constants).tolist()
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
         """Return the error for a function that fails."""
@@ -265,26 +265,18 @@ def _answers(
         yield name, result
 
 
+_FIXED = (
+    "mass", "center", "inertia", "armature", "rotor", "rotation", "position", "axis", "pitch", "displacement",
+)  # fmt: skip
+"""Data of a link that do not jump."""
+
+
 def _check_inputs(model: Model) -> None:
     """Refuse inputs outside of loads and gravity: they would move masses by jumps."""
     names = {name: controller.name for controller in model.controllers for name in controller.inputs}
     if not names:
         return
-    fixed: list[Any] = [
-        (
-            link.mass,
-            link.center,
-            link.inertia,
-            link.armature,
-            link.rotor,
-            link.rotation,
-            link.position,
-            link.axis,
-            link.pitch,
-            link.displacement,
-        )
-        for link in model.links
-    ]
+    fixed: list[Any] = [getattr(link, name) for link in model.links for name in _FIXED]
     fixed += [(family.law, [member.shape for member in family.members]) for family in model.families]
     fixed += [model.constraints, list(model.contacts)]
     for symbol in symbols_of(fixed):
@@ -304,7 +296,7 @@ def driven_path(
     state: Any,
     begin: float,
     end: float,
-    work: float = 0.0,
+    work: float,
 ) -> Phases:
     """Return the path of a machine whose constants change during the run.
 
@@ -344,16 +336,8 @@ def driven_path(
                         if any(watch.terminal[crossing.number] for crossing in jumps):
                             return Phases(tuple(segments), End.TERMINAL)
         at_start = False
-        path = leg(
-            parameters,
-            current,
-            y,
-            t,
-            min(drives.until(), end),
-            watch=watch,
-            first_step=first_step,
-            method=method,
-        )
+        until = min(drives.until(), end)
+        path = leg(parameters, current, y, t, until, watch=watch, first_step=first_step, method=method)
         segments += [replace(x, impulses=work, parameters=parameters) for x in segments_of(path, kernels)]
         if path.method == "radau":
             method = "radau"
@@ -379,17 +363,16 @@ def _ended(
 
 def _energy_jump(energy: int, t: float, y: Array, before: Rates, after: Rates) -> float:
     """Return the change of the energy when constants change."""
-    time, state = np.array([t]), y[None]
-    old = observe(energy, 2, time, state, before.constants)[0]
-    return float(np.sum(observe(energy, 2, time, state, after.constants)[0] - old))
+    old, new = (outputs_at(energy, 2, t, y, rates.constants) for rates in (before, after))
+    return float(np.sum(new - old))
 
 
 def _event_jumps(old: Watch, new: Watch, t: float, y: Array) -> tuple[Crossing, ...]:
     """Return the crossings of event functions that jump across zero when constants change."""
-    time, state, m = np.array([t]), y[None], len(new.directions)
+    m = len(new.directions)
     assert old.constants is not None and new.constants is not None
-    before = np.sign(observe(old.address, m, time, state, old.constants)[0])
-    after = np.sign(observe(new.address, m, time, state, new.constants)[0])
+    before = np.sign(outputs_at(old.address, m, t, y, old.constants))
+    after = np.sign(outputs_at(new.address, m, t, y, new.constants))
     return tuple(
         Crossing(t, k, int(after[k]), y.copy())
         for k in range(m)

@@ -13,13 +13,13 @@ from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.contact import friction_coefficient
 from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.loads.actions import actions
-from ...dynamics.state import State, float_state
+from ...dynamics.state import State, state_at
 from ...errors import ModelError, SimulationError
 from ..ending import End
 from ..kernels.contact_quantities import OfContacts
 from ..kernels.kernels import Kernels
 from ..kernels.sides import sides_of
-from ..ode.dense_output import Array, Rates, observe
+from ..ode.dense_output import Array, Rates
 from ..ode.layout import EXPLICIT
 from ..start.loop_closure import nearly_dependent
 from ..trajectory.event import EventSpec, expressions_of
@@ -54,28 +54,19 @@ def to_blame(kernels: Kernels, reported: int | None, rates: Rates, t: float, y: 
         return reported
     if not n_u:
         return 0
-    derivative = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    derivative = rates.at(t, y)
     fast = np.abs(derivative[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
-def _state(kernels: Kernels, values: Mapping[str, float], t: float, y: Array) -> State:
-    """Return a state of floats."""
-    n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    return float_state(kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), t, values)
-
-
 def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> State:
     """Return the last good state."""
-    return _state(kernels, trajectory.numbers, path.end, path.states[-1])
+    return state_at(kernels.model, path.states[-1], path.end, trajectory.numbers)
 
 
 def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
     """Return the sentence about loads whose force is not finite at the last state, such as a slip at rest."""
-    model, y = kernels.model, path.states[-1]
-    q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
-    state = float_state(model, q, u, path.end, dict(trajectory.numbers))
-    names = []
+    model, state, names = kernels.model, _last_state(path, kernels, trajectory), []
     for name in model.loads:
         try:
             forces = actions(model, state, name)
@@ -122,7 +113,7 @@ def _numbers(action: Action) -> Sequence[Any]:
 
 def massless(kernels: Kernels, values: Mapping[str, float], t: float, y: Array) -> tuple[str, ...]:
     """Return the speeds that together move no mass at a state."""
-    return massless_motion(kernels.model, _state(kernels, values, t, y))
+    return massless_motion(kernels.model, state_at(kernels.model, y, t, values))
 
 
 def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
@@ -197,12 +188,12 @@ def _fastest(path: SampledPath, kernels: Kernels) -> str:
     n = kernels.model.n_q + kernels.model.n_u
     if not 0 < n <= _MODES:
         return ""
-    y, size = path.states[-1], path.rates.size
+    y = path.states[-1]
     steps = 6e-6 * (1 + np.abs(y[:n]))  # cube root of the rounding unit
     around = np.repeat(y[None], 2 * n, axis=0)
     around[np.arange(n), np.arange(n)] += steps
     around[np.arange(n, 2 * n), np.arange(n)] -= steps
-    rates = observe(path.rates.address, size, np.full(2 * n, path.end), around, path.rates.constants)[:, :n]
+    rates = path.rates.along(np.full(2 * n, path.end), around)[:, :n]
     slopes = ((rates[:n] - rates[n:]) / (2 * steps[:, None])).T
     if not np.isfinite(slopes).all():
         return ""

@@ -12,7 +12,7 @@ from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.conditions.constrained import independent_rows
 from ...dynamics.kinematics import place_of, rotation
-from ...dynamics.state import State, float_state
+from ...dynamics.state import State, state_at
 from ...errors import ModelError, arguments_named, nearest
 from ...model.assemble import assemble
 from ...model.model import Model
@@ -26,7 +26,7 @@ from ...symbolic.impulses.impulse import Struck
 from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ...symbolic.solving.vocabulary import Vocabulary
 from ..kernels.kernels import kernels_of
-from ..start.initial import initial_state, number
+from ..start.initial import initial_state, number, quaternions_by_joint
 from ..start.loop_closure import closed_start
 
 
@@ -120,7 +120,7 @@ def impulse(
             y, active = closed_start(kernels_of(model), numbers, initial or {}, near or {}, begin, False)
         else:
             y, active = initial_state(model, numbers, initial or {}), ()
-        state = float_state(model, y[: model.n_q].tolist(), y[model.n_q :].tolist(), begin, values)
+        state = state_at(model, y, begin, values)
         jumps = float_jumps(model, state, active or independent_rows(model, state))
     if normal is not None or restitution is not None:
         if impulse is not None or normal is None or restitution is None:
@@ -203,13 +203,8 @@ def centre_of_percussion(
     if name not in model.joints:
         raise ModelError(f"Unknown joint '{name}'; {nearest(name, model.joints)}")
     place = model.joints[name]
-    struck = (
-        place.child
-        if body is None
-        else body
-        if isinstance(body, str)
-        else own_body(model, body, "a blow").name
-    )
+    named = body if body is None or isinstance(body, str) else own_body(model, body, "a blow").name
+    struck = place.child if named is None else named
     if struck not in (place.child, place.parent) or struck == "ground":
         raise ModelError(
             f"Joint '{name}' joins '{place.parent}' and '{place.child}'; expected one of them as the body that is "
@@ -296,11 +291,11 @@ def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Expression | None)
     if not isinstance(initial, Mapping):
         raise ModelError(f"Expected initial values by name, such as {{'theta': 0}}, got {initial!r}.")
     vocabulary = Vocabulary(e)
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     elements = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
-    quaternions = {link.joint: link.quaternion for link in model.links if link.own}
+    quaternions = quaternions_by_joint(model)
     for key, value in initial.items():
-        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        name = model.names.text_of(key)
         if name in quaternions:
             parts: Sequence[Any] = value.as_quaternion() if isinstance(value, Rotation) else value
             for k, part in enumerate(parts):

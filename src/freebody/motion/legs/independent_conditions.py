@@ -141,9 +141,8 @@ class Holding:
             " and ".join(names[i] for i in these if i not in those)
             for these, those in ((old, new), (new, old))
         )
-        states = [dict(zip(self.current.names, x.tolist(), strict=False)) for x in (y, after)]
         text = f"{gained} holds the machine in place of {lost}"
-        self.happenings.append(Happening(t, gained, 0, states[0], text, states[1]))
+        self.happenings.append(Happening.between(self.current.names, t, gained, (y, after), text))
         return after
 
 

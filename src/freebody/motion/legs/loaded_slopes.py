@@ -16,7 +16,8 @@ import numpy as np
 
 from ...dynamics.bearing_loads import LOADED
 from ...errors import NoDerivativesError
-from ..ode.dense_output import Array, outputs_at
+from ..kernels.program import at_state
+from ..ode.dense_output import Array
 from ..phase.candidate_slopes import bearing_slopes
 
 NONE = 1e-12
@@ -74,9 +75,8 @@ class _Bearing:
         own[self.active] = own_impulses(slopes, hit)
         self.acting, self.still = np.concatenate([jump, hit.impulses, own]), np.zeros(n + rows + len(own))
         zero = np.zeros(self.moved + 1 + len(slopes.symbols))
-        self.forces = (
-            self._outputs(self.acting, zero, self.still)[0] - self._outputs(self.still, zero, self.still)[0]
-        )
+        without = self._outputs(self.still, zero, self.still)[0]
+        self.forces = self._outputs(self.acting, zero, self.still)[0] - without
         self.blown: Any = None if hit.blown is None else [x[..., place, :] for x in hit.blown]
         if self.blown is not None:
             self.forces = self.forces + self.blown[0]
@@ -84,7 +84,7 @@ class _Bearing:
         for at, size in zip((1, 4), sizes, strict=True):  # round-off is no load
             if size <= NONE * sum(sizes):
                 self.forces[at : at + 3] = 0.0
-        self.lever = self._outputs(self.still, zero, self.still)[0][0]
+        self.lever = without[0]
 
     @property
     def size(self) -> float:
@@ -106,14 +106,9 @@ class _Bearing:
 
     def gradient(self) -> tuple[Array, Array, Array]:
         """Return the derivatives of P by the jump of the speeds, the impulses of all rows, and those of conditions."""
-        zero, n, rows = (
-            np.zeros(self.moved + 1 + len(self.slopes.symbols)),
-            self.slopes.model.n_u,
-            self.slopes.scene.rows,
-        )
-        whole = np.array(
-            [self._turned(self._outputs(self.acting, zero, unit)[1]) for unit in np.eye(len(self.still))]
-        )
+        n, rows = self.slopes.model.n_u, self.slopes.scene.rows
+        zero, units = np.zeros(self.moved + 1 + len(self.slopes.symbols)), np.eye(len(self.still))
+        whole = np.array([self._turned(self._outputs(self.acting, zero, unit)[1]) for unit in units])
         return whole[:n], whole[n : n + rows], whole[n + rows :][self.active]
 
     def _undirected(self) -> NoDerivativesError:
@@ -141,7 +136,5 @@ class _Bearing:
         program = bearing_slopes(slopes.scene.candidates, slopes.symbols)
         given = np.concatenate([self.hit.before[: self.moved], acting, direction, change])
         constants = program.constants(slopes.parameters)
-        found = outputs_at(
-            program.address("bearings"), program.outputs("bearings"), self.hit.t, given, constants
-        )
+        found = at_state(program, "bearings", self.hit.t, given, constants)
         return found[at : at + LOADED], found[at + LOADED : at + 2 * LOADED]

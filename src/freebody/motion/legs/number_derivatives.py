@@ -15,6 +15,7 @@ none.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cached_property
 
@@ -39,16 +40,15 @@ _MOST = 80  # iterations for a bracket
 _ROUND_OFF = 64 * float(np.finfo(float).eps)
 
 
-class NumberDerivatives:
-    """Derivatives of single numbers of one motion.
+class Numbers(ABC):
+    """Derivatives of single numbers of one motion, with contacts or without.
 
     ``shifts``, shape (2, unknowns), are the derivatives of the times at which the run starts and, unless an event ends
     it, ends.
     """
 
-    def __init__(self, motion: ComputedMotion, variation: Variation, shifts: Array) -> None:
-        self.motion, self.variation, self.shifts = motion, variation, shifts
-        self.n, self.k = variation.kernels.size, len(variation.unknowns)
+    def __init__(self, motion: ComputedMotion, shifts: Array) -> None:
+        self.motion, self.shifts = motion, shifts
 
     def number(self, how: str, quantity: Expression, name: str) -> Array:
         """Return the derivatives of a number of the whole run, such as ("max", theta); ``name`` is its text.
@@ -63,6 +63,39 @@ class NumberDerivatives:
         if how == "range":
             return self._greatest(quantity, 1, name) - self._greatest(quantity, -1, name)
         return self._greatest(quantity, 1 if how == "max" else -1, name)
+
+    @abstractmethod
+    def event(self, crossing: Crossing) -> Array:
+        """Return the derivatives of the time of an event."""
+
+    @abstractmethod
+    def _at_end(self, quantity: Expression, how: str, name: str) -> Array:
+        """Return the derivatives of the first or last value of a quantity."""
+
+    @abstractmethod
+    def _greatest(self, quantity: Expression, sign: int, name: str) -> Array:
+        """Return the derivatives of a quantity where ``sign`` times it is greatest."""
+
+    @cached_property
+    def end(self) -> Array:
+        """Derivatives of the time at which the run ends."""
+        path = self.motion.path
+        if path.status == End.FINISHED:
+            return np.asarray(self.shifts[1])
+        if path.status == End.TERMINAL:
+            return self.event(path.crossings[-1])
+        raise SimulationError(
+            f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "
+            f"'{path.status}' at t = {path.end:.6g} s. End it before."
+        )
+
+
+class NumberDerivatives(Numbers):
+    """Derivatives of single numbers of a motion without contacts."""
+
+    def __init__(self, motion: ComputedMotion, variation: Variation, shifts: Array) -> None:
+        super().__init__(motion, shifts)
+        self.variation, self.n, self.k = variation, variation.kernels.size, len(variation.unknowns)
 
     # -- times -------------------------------------------------------------------------------------------------
 
@@ -101,21 +134,7 @@ class NumberDerivatives:
             )
         return -slopes[0] / rate
 
-    @cached_property
-    def end(self) -> Array:
-        """Derivatives of the time at which the run ends."""
-        path = self.motion.path
-        if path.status == End.FINISHED:
-            return self.shifts[1]
-        if path.status == End.TERMINAL:
-            return self.event(path.crossings[-1])
-        raise SimulationError(
-            f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "
-            f"'{path.status}' at t = {path.end:.6g} s. End it before."
-        )
-
     def _at_end(self, quantity: Expression, how: str, name: str) -> Array:
-        """Return the derivatives of the first or last value of a quantity."""
         path = self.motion.path
         moment, shift = (path.start, self.shifts[0]) if how == "initial" else (path.end, self.end)
         _, rates, _, slopes = self._slopes(self._course(quantity), np.array([moment]))
@@ -124,7 +143,6 @@ class NumberDerivatives:
     # -- extremes ----------------------------------------------------------------------------------------------
 
     def _greatest(self, quantity: Expression, sign: int, name: str) -> Array:
-        """Return the derivatives of a quantity where ``sign`` times it is greatest."""
         program = self._course(quantity)
         brackets, best = self._brackets(program, sign, name)
         peaks = [self._peaks(program, sign, brackets, best), *self._edges(program, sign, best)]
@@ -274,10 +292,7 @@ def _narrowed(function: Callable[[Array], Array], a: Array, b: Array) -> tuple[A
     """Return narrow brackets of zeros at which a function falls, by the method of Chandrupatla (1997), all at once."""
     least = np.maximum(_WIDTH * np.abs(b - a), 4 * np.finfo(float).eps * np.abs(b))
     x1, x2, f1, f2 = a.copy(), b.copy(), function(a), function(b)
-    outside = (
-        f1 < 0,
-        f2 > 0,
-    )  # values of the dense output and of the steps differ by the error of the former
+    outside = f1 < 0, f2 > 0  # values of the dense output and of the steps differ by the error of the former
     x2[outside[0]], x1[outside[1]] = x1[outside[0]], x2[outside[1]]
     part = np.full(x1.shape, 0.5)
     for _ in range(_MOST):

@@ -28,8 +28,9 @@ from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
 from ..ending import FAILED, End
 from ..kernels.methods import FINE
+from ..kernels.program import at_state
 from ..kernels.reading import expression_of
-from ..ode.dense_output import Path, Rates, observe
+from ..ode.dense_output import Path, Rates
 from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
@@ -43,7 +44,7 @@ from ..trajectory.phases import joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .failure import failure
-from .number_derivatives import NumberDerivatives
+from .number_derivatives import NumberDerivatives, Numbers
 from .sided_variation import SidedVariation
 from .switch_slopes import check_others, least_rate, passed, switching_laws
 from .variation import Unknown, Variation, unknowns_of
@@ -118,12 +119,11 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         method = "gauss" if np.min(p.tolerances, initial=1.0) < FINE else "dop853"
     rates = variation.rates(parameters, method)
     if shifts[0].any():
-        constants = program.constants(parameters)
-        f = observe(program.address("rates"), y.size, np.array([begin]), y[None], constants)[0, :n]
+        f = at_state(program, "rates", begin, y, program.constants(parameters))[:n]
         y[n:] -= np.outer(shifts[0], f).ravel()
     relative, absolute = np.tile(p.tolerances, 1 + k), np.tile(p.tolerances, 1 + k)
     if kernels.works:
-        first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
+        first = at_state(program, "energy", begin, y, rates.constants)
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
     make = _Legs(problem, variation, parameters, method, between, absolute)
@@ -177,9 +177,9 @@ class _Legs:
             law, side = last.crossings[-1].number - count, last.crossings[-1].sign
             t, y = last.end, last.states[-1].copy()
             if side == -signs[law]:
-                now, before = sided.laws(constants), _rates(rates, t, y, n)
+                now, before = sided.laws(constants), rates.at(t, y)[:n]
                 signs[law] = side
-                after = _rates(sided.at(self.parameters, signs, self.method)[1], t, y, n)
+                after = sided.at(self.parameters, signs, self.method)[1].at(t, y)[:n]
                 least = least_rate(now, law, last.times, last.states, float(p.tolerances.max(initial=0.0)))
                 tau, jump = passed(now, law, (t, y, y[n:].reshape(-1, n), side), (before, after), least)
                 for j, one in enumerate(tau):
@@ -199,18 +199,12 @@ class _Legs:
         signs = np.ones(count)
         for _ in range(2):  # an e that is zero has a rate, which may depend on other signs
             constants, rates = sided.at(self.parameters, signs, self.method)
-            laws, f = sided.laws(constants), _rates(rates, t, y, n)
+            laws, f = sided.laws(constants), rates.at(t, y)[:n]
             rows = laws.at(t, y)
             speeds = rows[:, 1] + rows[:, 2 : 2 + laws.moved] @ f[: laws.moved]
             signs = np.where(rows[:, 0] != 0, np.sign(rows[:, 0]), np.where(speeds < 0, -1.0, 1.0))
         check_others(laws, -1, t, y, y[n:].reshape(-1, n), f)
         return signs
-
-
-def _rates(rates: Rates, t: float, y: Array, n: int) -> Array:
-    """Return y' of a state with its derivatives, of the state alone."""
-    state = np.ascontiguousarray(y, dtype=float)
-    return observe(rates.address, rates.size, np.array([t]), state[None], rates.constants)[0, :n]
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +219,7 @@ class Derivatives:
 
     def of(self, motion: ComputedMotion) -> Sensitivity:
         """Return the derivatives of a motion."""
-        return Sensitivity(motion, self)
+        return Sensitivity(motion, self.variation, NumberDerivatives(motion, self.variation, self.shifts))
 
 
 class Sensitivity(Mapping[Any, Array]):
@@ -237,10 +231,11 @@ class Sensitivity(Mapping[Any, Array]):
     :meth:`times` has derivatives of times of events. Iterates over coordinates and speeds.
     """
 
-    def __init__(self, trajectory: ComputedMotion, derivatives: Derivatives) -> None:
-        self._trajectory, self.variation = trajectory, derivatives.variation
-        self.unknowns = tuple(unknown.name for unknown in self.variation.unknowns)
-        self.numbers = NumberDerivatives(trajectory, self.variation, derivatives.shifts)
+    numbers: Numbers
+
+    def __init__(self, trajectory: ComputedMotion, variation: Variation, numbers: Numbers) -> None:
+        self._trajectory, self.variation, self.numbers = trajectory, variation, numbers
+        self.unknowns = tuple(unknown.name for unknown in variation.unknowns)
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, tuple) or len(key) != 2:
@@ -317,15 +312,22 @@ class Sensitivity(Mapping[Any, Array]):
         >>> motion.sensitivity.times("hit", "y'").round(9)  # t = 2 v/g
         array([0.2038736])
         """
-        trajectory = self._trajectory
-        specs = [spec.name for spec in trajectory.specs]
-        name = event.name if isinstance(event, EventSpec) else event
-        if name not in specs:
-            cure = nearest(str(name), specs) if specs else "The run has no events=."
+        names, name = self._with_times(), event.name if isinstance(event, EventSpec) else event
+        if name not in names:
+            cure = nearest(str(name), names) if names else "The run has no events=."
             raise SimulationError(f"Unknown event '{name}' in trajectory.sensitivity.times; {cure}")
-        rows = [self.numbers.event(x) for x in trajectory.path.crossings if specs[x.number] == name]
+        rows = self._of_times(name)
         result = np.array(rows).reshape(len(rows), len(self.unknowns))
         return result if unknown is None else result[:, self._place(unknown)]
+
+    def _with_times(self) -> list[str]:
+        """Return the names of what has times."""
+        return [spec.name for spec in self._trajectory.specs]
+
+    def _of_times(self, name: str) -> list[Array]:
+        """Return the derivatives of each time of what has a name."""
+        specs, crossings = self._trajectory.specs, self._trajectory.path.crossings
+        return [self.numbers.event(x) for x in crossings if specs[x.number].name == name]
 
     def _place(self, unknown: Any) -> int:
         name = self._trajectory.kernels.model.names.text_of(unknown)

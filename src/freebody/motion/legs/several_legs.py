@@ -19,12 +19,12 @@ from ..ode import loops
 from ..ode.dense_output import Array, Path, Rates, Watch
 from ..ode.integration import Halt
 from ..request import Problem, Request, problem_of
-from ..trajectory.event import Happening
+from ..trajectory.event import Happening, expressions_of, watching
 from ..trajectory.in_legs import InLegs
 from ..trajectory.phases import Phases, joined
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .blow import Blow, blows_of, struck_path, watching_blows, watching_specs
+from .blow import Blow, blows_of, struck_path, watching_specs
 from .driven import Drives, driven_path
 from .failure import failure
 from .independent_conditions import Holding, check_redundant
@@ -100,7 +100,8 @@ class _Legs:
         self.parameters, self.rates = kernels.at(p.numbers)
         self.state, self.absolute = with_work(problem, self.rates)
         self.specs = watching_specs(kernels, p.specs, blows)
-        self.watch: Watch | None = watching_blows(kernels, self.parameters, p.specs, blows)
+        expressions = expressions_of(kernels.model, self.specs)
+        self.watch: Watch | None = watching(kernels, self.parameters, self.specs, expressions)
         self.remaining_steps = p.most_steps
         finest = float(p.tolerances.min(initial=1.0)) if request.step is None else None
         self.conditions = Holding(kernels, finest, request.method)

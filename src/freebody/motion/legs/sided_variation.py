@@ -58,7 +58,7 @@ class SidedVariation(Variation):
 
     @property
     def _texts(self) -> str:
-        return f"sides {tuple(unknown.name for unknown in self.unknowns)}"
+        return f"sides {self._names}"
 
     def laws(self, parameters: Array) -> SwitchingLaws:
         """Return the laws that switch, at values of the parameters and signs."""

@@ -22,8 +22,8 @@ from ...errors import SimulationError
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward, reverse
 from ...scalar.trace import Tape, Traced
-from ..kernels.program import Program
-from ..ode.dense_output import Array, observe, outputs_at
+from ..kernels.program import Program, at_state, at_states
+from ..ode.dense_output import Array
 
 CURE = "End the run before, ask for other unknowns, or take differences of runs with values= that differ."
 ALIKE = 1e-9
@@ -49,10 +49,7 @@ class SwitchingLaws:
 
     def at(self, t: float, y: Array) -> Array:
         """Return what the program gives at a state, one row for each law."""
-        y = np.ascontiguousarray(y[: self.moved], dtype=float)
-        found = outputs_at(
-            self.program.address("switches"), self.program.outputs("switches"), t, y, self.constants
-        )
+        found = at_state(self.program, "switches", t, y[: self.moved], self.constants)
         return self._by_unknowns(found.reshape(len(self.texts), -1))
 
     def _by_unknowns(self, rows: Array) -> Array:
@@ -66,10 +63,7 @@ class SwitchingLaws:
     def along(self, times: Array, states: Array, slopes: Array) -> tuple[Array, Array, Array]:
         """Return e, De by each unknown and the jump of each law at times; ``slopes`` are s, (times, unknowns, y)."""
         n = self.moved
-        y = np.ascontiguousarray(states[:, :n])
-        found = observe(
-            self.program.address("switches"), self.program.outputs("switches"), times, y, self.constants
-        )
+        found = at_states(self.program, "switches", times, states[:, :n], self.constants)
         found = self._by_unknowns(found.reshape(len(times) * len(self.texts), -1))
         found = found.reshape(len(times), len(self.texts), -1)
         De = np.einsum("tli,tji->tlj", found[:, :, 2 : 2 + n], slopes[:, :, :n]) + found[:, :, 2 + n : -1]

@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics import State, kinetic_energy, potential_energy, traced_state
 from ...dynamics.conditions.constrained import moved_onto
 from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import SimulationError, nearest
@@ -61,9 +61,8 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
         names = [names]
     if not isinstance(names, Iterable) or isinstance(names, np.ndarray):
         raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
-    texts = model.names.texts
     parameters = {p.name: p.symbol for p in model.parameters}
-    starts = [*model.coordinate_names, *model.speed_names]
+    starts = model.state_names
     result: list[Unknown] = []
     for key in names:
         name = model.names.text_of(key)
@@ -79,7 +78,7 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
         raise SimulationError(f"Expected at least one parameter or initial value in {what}, got none.")
     for unknown in result:
         for key, value in initial.items():
-            name = key if isinstance(key, str) else texts.get(key, str(key))
+            name = model.names.text_of(key)
             if name != unknown.name or unknown.symbol is not None:
                 continue
             expression = model.names.expression(value, f"the initial value of '{name}'")
@@ -101,6 +100,11 @@ class Variation:
         self.kernels, self.unknowns = kernels, tuple(unknowns)
 
     @property
+    def _names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @property
     def size(self) -> int:
         """Number of components of the state and all derivatives."""
         return self.kernels.size * (1 + len(self.unknowns))
@@ -108,13 +112,8 @@ class Variation:
     def rates(self, parameters: Array, method: str) -> Rates:
         """Return the right-hand side of the state and all derivatives, for a method."""
         kernels, program = self.kernels, self.program()
-        rates = Rates(
-            program.address("rates"),
-            self.size,
-            program.constants(parameters),
-            kernels.model.quaternions,
-            program,
-        )
+        constants = program.constants(parameters)
+        rates = Rates(program.address("rates"), self.size, constants, kernels.model.quaternions, program)
         if kernels.active:
             rates = replace(rates, projection=program.address("projection"), projected=self.size)
         if method == "taylor":
@@ -123,7 +122,7 @@ class Variation:
 
     def series(self) -> Program:
         """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
-        key = (self.kind, "series", tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, "series", self._names)
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -170,7 +169,7 @@ class Variation:
 
         For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
         """
-        key = (self.kind, tuple(unknown.name for unknown in self.unknowns))
+        key = (self.kind, self._names)
         programs = self.kernels.programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -202,10 +201,7 @@ class Variation:
 
     def _rates_of_state(self, state: State) -> list[Scalar]:
         """Return y'."""
-        model = self.kernels.model
-        moving = motion(model, state, self.kernels.active)
-        rates = [*coordinate_rates(model, state), *moving.udot]
-        return [*rates, total_power(model, state, moving)] if self.kernels.works else rates
+        return self.kernels.rates_of(state)
 
     def expression(self, quantity: Expression) -> Program:
         """Return the function ``values``: derivatives of an expression, or of an energy, by every unknown."""
@@ -240,8 +236,7 @@ class Variation:
         operations = self.kernels.operations
         if operations is not None and "sign" not in operations:
             return None
-        names = tuple(unknown.name for unknown in self.unknowns)
-        texts_key = f"switches {names}"
+        texts_key = f"switches {self._names}"
         model, texts = self.kernels.model, list[str]()
 
         def functions(state: State) -> dict[str, list[Scalar]]:
@@ -253,14 +248,14 @@ class Variation:
             texts.extend(str(tape.to_sympy(e)) for _, e in pairs)
             return {"switches": law_outputs(tape, state, udot, pairs, self.unknowns)}
 
-        program = self.kernels.program(("switches", names), functions)
+        program = self.kernels.program(("switches", self._names), functions)
         self.kernels.cache.setdefault(texts_key, tuple(texts))
         texts_of_e: tuple[str, ...] = self.kernels.cache[texts_key]
         return (program, texts_of_e) if texts_of_e else None
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""
-        key = (what, tuple(unknown.name for unknown in self.unknowns), quantity)
+        key = (what, self._names, quantity)
         programs = self.kernels.programs
         if key not in programs:
             tape, state, y, rows, parameters = self._traced()
@@ -282,5 +277,10 @@ class Variation:
             return y[-1] if self.kernels.works else 0
         if quantity == "work_rate":
             return total_power(model, state, motion(model, state, self.kernels.active))
-        parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
-        return sum((part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0)
+        return energy_named(model, state, quantity)
+
+
+def energy_named(model: Model, state: State, name: str) -> Scalar:
+    """Return the kinetic or the potential energy, or their sum, by its name."""
+    parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
+    return sum((part(model, state) for one, part in parts.items() if name in (one, "energy")), 0)

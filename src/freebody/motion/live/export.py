@@ -144,10 +144,10 @@ def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Set
 
 def _of_contacts(trajectory: Trajectory) -> dict[str, Any]:
     """Return what the setting of a motion with contacts has besides; nothing for others."""
-    course = trajectory.course
-    if not isinstance(course, Touching):
+    history = getattr(trajectory.course, "history", None)
+    if not isinstance(history, History):
         return {}
-    it = course.history.work.it
+    it = history.work.it
     return {"longest": it.longest, "sequential": bool(it.sequential), "refuse": bool(it.refuse)}
 
 

@@ -17,14 +17,10 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy
-from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import (
-    articulated_diagonal,
-    least_speed_change,
     moved_onto,
 )
-from ...dynamics.conditions.constraints import linearized, rows
-from ...dynamics.linear import Selection, entries
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import Scalar
 from ...scalar.trace import Traced
@@ -41,7 +37,7 @@ from ..trajectory.contact_expressions import refuse_of_contacts
 from ..trajectory.event import expressions_of
 from .memory import Live
 from .setting import Setting
-from .touching_machine import PIECE, TouchingMachine, sizes_of
+from .touching_machine import PIECE, SIZES, TouchingMachine
 
 ROOM_OF_FACTORS = 8
 """Room for factors of the conditions, as a multiple of the entries of the conditions and of their rows and columns."""
@@ -97,7 +93,7 @@ class LiveMachine:
         result: dict[int, Any] = {}
         for i, key in names.items():
             value = setting.initial[key]
-            name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+            name = model.names.text_of(key)
             if name in quaternions:
                 part = None if isinstance(value, Rotation) else value[i - quaternions[name]]
                 value = numbers[i] if part is None else part
@@ -142,28 +138,19 @@ class LiveMachine:
         return result
 
     def _closing(self, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:
-        """Outputs of the functions of `gauss_newton.close` (`Kernels.closing`)."""
-        model, state = self.model, self.state
-        linear = linearized(model, state)
-        matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
-        G, n = [x for _, _, x in matrix], model.n_u
-        starts = np.searchsorted([i for i, _, _ in matrix], np.arange(len(self.kinds) + 1))
-        self.pattern = np.array([*starts, *(j for _, j, _ in matrix)], dtype=np.int64)
-        self.entries = len(matrix)
-        masses = [*mass_diagonal(model, state), *articulated_diagonal(model, state)]
-        return {
-            "residuals": [*linear.residual, *G],
-            "motion": [*linear.rate, *G, *masses],
-            "moved": list(coordinate_rates(model, state)),
-            "least": least_speed_change(model, state, Selection(selection[:n], selection[n:])),
-        }
+        """Outputs of the functions of `gauss_newton.close`; those of the conditions are called ``residuals`` here."""
+        places, functions = self.setting.kernels.closing_functions(self.state, selection)
+        starts = np.searchsorted([i for i, _ in places], np.arange(len(self.kinds) + 1))
+        self.pattern = np.array([*starts, *(j for _, j in places)], dtype=np.int64)
+        self.entries = len(places)
+        return {"residuals": functions.pop("conditions"), **functions}
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the components of the state."""
         if self.touching is None:
             return self.setting.kernels.names
-        return (*self.model.coordinate_names, *self.model.speed_names, "work", "heat of friction")
+        return (*self.model.state_names, "work", "heat of friction")
 
     # -- memory -----------------------------------------------------------------------------------------------
 
@@ -175,11 +162,13 @@ class LiveMachine:
         room = setting.most_steps if touching is None else PIECE
         watched = len(setting.specs) + (0 if touching is None else touching.endings)
         of_run = sizes(size, watched)
-        asked = bool(setting.specs)
+        asked, of_contacts = bool(setting.specs), dict.fromkeys(SIZES, 0)
+        if touching is not None:
+            of_contacts = touching.sizes(addresses, constants, of_run["zeros"])
         live = Live.made(
             **of_run,
             **self._sizes_of_closing(),
-            **sizes_of(touching, addresses, constants, of_run["zeros"]),
+            **of_contacts,
             n_events=len(setting.specs),
             n_parameters=len(self.names),
             n_outputs=count.get("observation", 0),
@@ -199,9 +188,8 @@ class LiveMachine:
         live.start, live.until = setting.begin, setting.until
         live.most_steps, live.most_frames, live.dense = setting.most_steps, setting.most_frames, 1
         live.prologue = addresses["prologue"]
-        places = (
-            1 if touching is None else 1 + len(touching.of_phase.programs) + len(touching.of_looking.programs)
-        )
+        of_phases = () if touching is None else (touching.of_phase, touching.of_looking)
+        places = 1 + sum(len(data.programs) for data in of_phases)
         self.hoisted = Hoisted.made(numbers=len(self.parameters), most_programs=places)
         self.hoisted.parameters[: len(model.parameters)] = kernels.parameters(setting.values)
         live.hoisted = self.hoisted.memory

@@ -42,13 +42,8 @@ def module_of(
     touching = machine.touching
     others: tuple[Record, ...] = (machine.hoisted,)
     if touching is not None:
-        others += (
-            touching.run,
-            touching.problem,
-            touching.of_phase.data,
-            touching.of_looking.data,
-            *touching.laws,
-        )
+        data = touching.of_phase.data, touching.of_looking.data
+        others += (touching.run, touching.problem, *data, *touching.laws)
     image = live.image_at(base, others)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)

@@ -104,10 +104,8 @@ def aim(live: Live, it: EventRun) -> None:
         hoisted.prologues[k], hoisted.places[k] = live.prologue, address_of(hold.phase[hold.of_phase[i] :])
         k += 1
     for i in range(hold.n_of_looking):
-        hoisted.prologues[k], hoisted.places[k] = (
-            live.prologue,
-            address_of(hold.looking[hold.of_looking[i] :]),
-        )
+        hoisted.prologues[k] = live.prologue
+        hoisted.places[k] = address_of(hold.looking[hold.of_looking[i] :])
         k += 1
     hoisted.programs = k
 

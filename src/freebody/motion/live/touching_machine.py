@@ -19,6 +19,7 @@ import numpy as np
 from ...dynamics import State
 from ...scalar.algebra import Scalar
 from ..cones.contacts import Contacts, contacts_room
+from ..contact.memory import KERNELS
 from ..events import event_run
 from ..kernels.hoisted import Hoisted
 from ..kernels.sided_run import SidedRun, sided_run
@@ -30,11 +31,6 @@ from .setting import Setting
 PIECE = event_run.PIECE
 MOST_ROWS, MOST_PHASES = 100, 1000
 """Most rows of contacts (the room for their problem grows with the square), and most phases of a motion."""
-OF_RUN = {
-    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
-    "accelerations": "acceleration", "forces": "force", "watched": "watched",
-}  # fmt: skip
-"""Functions of `phase_kernels` that the loop calls, by the fields of `EventRun`."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +54,11 @@ class Placed:
         return 0
 
 
+ROWS = (
+    "ending", "place", "final", "signs", "ways", "crossed_at", "watch", "watch_later", "marks", "numbers", "times",
+    "lengths", "states",
+)  # fmt: skip
+"""Rows of `EventRun` that are those of `memory.Touching`."""
 SIZES = (
     "n_fresh", "n_of_phase", "n_of_looking", "n_endings",
     "n_final", "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
@@ -89,14 +90,10 @@ class TouchingMachine:
         moving = candidates.motion(state, given[: candidates.inputs])
         forces = candidates.forces(state, given)
         result = {name: list(outputs) for name, outputs in candidates.functions(state).items()}
-        if candidates.driven:
-            result |= {
-                name: list(x) for name, x in candidates.power_of(state, given[: candidates.inputs]).items()
-            }
-        if self.scene.loaded:
-            result |= {
-                name: list(x) for name, x in candidates.bearings_of(state, given[: candidates.inputs]).items()
-            }
+        parts = ((candidates.driven, candidates.power_of), (self.scene.loaded, candidates.bearings_of))
+        for has, outputs_of in parts:
+            if has:
+                result |= {k: list(x) for k, x in outputs_of(state, given[: candidates.inputs]).items()}
         return {**result, "observation": list(observed(state, moving, forces))}
 
     # -- memory -----------------------------------------------------------------------------------------------
@@ -105,15 +102,10 @@ class TouchingMachine:
         """Data of the functions of phases, and of all contacts, for functions at these addresses."""
         scene, first = self.scene, len(self.setting.specs)
         count = first + scene.laws
-        absent = {
-            "observation": 0,
-            "values": addresses.get("events", 0),
-        }  # functions that may have no outputs
+        absent = {"observation": 0, "values": addresses.get("events", 0)}  # they may have no outputs
         kernels = Placed({**absent, **addresses}, constants)
-        driven, loaded = self.candidates.driven, bool(self.scene.loaded)
-        source = Source(
-            addresses.__getitem__, kernels, kernels if driven else None, kernels if loaded else None
-        )
+        driven = kernels if self.candidates.driven else None
+        source = Source(addresses.__getitem__, kernels, driven, kernels if scene.loaded else None)
         E, m, n = len(scene.first), scene.rows, scene.model.n_u
         phase = scene.holding(("open",) * E, scene.kernels.active)
         sizes = {
@@ -121,16 +113,9 @@ class TouchingMachine:
             "projection": scene.model.n_q + n,
             "watched": count + len(scene.endings),
         }
+        watched, observed = kernels if count else None, ("observation", kernels)
         return (
-            phase.data(
-                sizes,
-                ("observation", kernels),
-                kernels if count else None,
-                count,
-                whole=True,
-                source=source,
-                first=first,
-            ),
+            phase.data(sizes, observed, watched, count, whole=True, source=source, first=first),
             phase.data({"looked": 6 * E + 2 * m + n + 2 * m * n}, source=source),
         )
 
@@ -179,28 +164,14 @@ class TouchingMachine:
         search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * self.endings]
         search.log_times, search.log_states = hold.event_times, hold.event_states
         search.log_numbers, search.log_signs = hold.event_numbers, hold.event_signs
-        for name, function in OF_RUN.items():
+        for name, function in KERNELS.items():
             setattr(it, name, addresses[function])
         it.piece, it.finding, it.colliding = (addresses[name] for name in ("piece", "find", "collided"))
         it.energy, it.energy_c = addresses["energies"], live.constants
         it.looking, it.phase = hold.looking, hold.phase
         it.hoisted = hoisted.memory
         it.turned, it.quaternions = len(model.quaternions), live.quaternions
-        for name in (
-            "ending",
-            "place",
-            "final",
-            "signs",
-            "ways",
-            "crossed_at",
-            "watch",
-            "watch_later",
-            "marks",
-            "numbers",
-            "times",
-            "lengths",
-            "states",
-        ):
+        for name in ROWS:
             setattr(it, name, getattr(hold, name))
         it.marks_room, it.numbers_room, it.path_room = hold.marks.size, hold.numbers.size, hold.times.size
         it.events, it.asked, it.laws, it.first_law = count + scene.laws, count, scene.laws, count
@@ -214,10 +185,3 @@ class TouchingMachine:
         if scene.sides is not None:
             laws = sided_run(scene.sides, live.tolerances.size, hoisted, addresses["laws"], live.constants)
             laws.relative[:], it.sided, self.laws = live.tolerances, laws.memory, (laws,)
-
-
-def sizes_of(
-    touching: TouchingMachine | None, addresses: Mapping[str, int], constants: int, zeros: int
-) -> dict[str, int]:
-    """Sizes of `memory.Touching` for a machine with contacts, or without."""
-    return dict.fromkeys(SIZES, 0) if touching is None else touching.sizes(addresses, constants, zeros)

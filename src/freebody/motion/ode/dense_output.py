@@ -75,6 +75,15 @@ class Rates:
         """Address of the constants."""
         return passed(self.constants, "Reals") or 0
 
+    def at(self, t: float, y: Array) -> Array:
+        """Return y' at one state."""
+        row = np.ascontiguousarray(y, dtype=float)
+        return outputs_at(self.address, self.size, t, row, self.constants)
+
+    def along(self, times: Array, states: Array) -> Array:
+        """Return y' at each of the times and states."""
+        return observe(self.address, self.size, times, states, self.constants)
+
     @cached_property
     def indices(self) -> NDArray[np.int64]:
         """Indices of the quaternions, as the compiled loop reads them."""

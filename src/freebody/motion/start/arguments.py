@@ -128,8 +128,7 @@ def tolerances_of(kernels: Kernels, tolerance: Any, method: str) -> Any:
     if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
         return _equal(_tolerance(tolerance, finest), kernels.size)
     names = kernels.names
-    texts = kernels.model.names.texts
-    by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
+    by_name = {kernels.model.names.text_of(key): value for key, value in tolerance.items()}
     for name in by_name:
         if name not in names:
             raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")

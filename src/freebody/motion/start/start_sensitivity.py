@@ -34,8 +34,7 @@ from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
-from ..kernels.program import Program
-from ..ode.dense_output import observe
+from ..kernels.program import Program, at_state
 from .initial import named_state, quaternions_by_joint
 
 Array = NDArray[np.float64]
@@ -77,7 +76,7 @@ def _as_named(
     model: Model, unknowns: Sequence[Any], start: Array, values: Mapping[str, float], named: Mapping[Any, Any]
 ) -> Array:
     """Return the s_j of the named values and of the unknowns, with all other values fixed at ``start``."""
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     result = np.zeros((len(unknowns), len(names)))
     quaternions = quaternions_by_joint(model)
     symbols = {p.symbol: values[p.name] for p in model.parameters}
@@ -171,12 +170,9 @@ class _Search:
         """Return a function of the program, and its derivatives by rows."""
         rest = np.zeros(self.model.n_u + len(self.kernels.on_speeds))
         state = np.concatenate([y, slopes.ravel(), *(more or (rest,))])
-        count = self.program.outputs(function)
-        outputs = observe(
-            self.program.address(function), count, np.array([self.t]), state[None], self.constants
-        )
+        outputs = at_state(self.program, function, self.t, state, self.constants)
         if function == "masses":
-            return outputs[0], outputs[1:]
+            return outputs, np.empty(0)
         values = outputs.reshape(1 + len(self.unknowns), -1)
         return values[0], values[1:]
 
@@ -228,31 +224,25 @@ class _Search:
         """
         n_q, n, m = self.model.n_q, self.model.n_u, len(self.kernels.on_speeds)
         free = [j for j in range(n) if n_q + j not in named]
+        moved = [n_q + j for j in free]
         numbers = self._at("masses", y, slopes)[0]
         G = numbers[: m * n].reshape(m, n)[:, free]
         M = numbers[m * n :].reshape(n, n)[np.ix_(free, free)]
         w = y[n_q:] - start[n_q:]
         multipliers = np.asarray(np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0], dtype=np.float64)
         s = np.concatenate([q, slopes[:, n_q:]], axis=1)
-        s[:, [n_q + j for j in free]] = 0.0
+        s[:, moved] = 0.0
         _, along = self._at("speeds", y, s, w, multipliers)
         A = np.block([[M, -G.T], [G, np.zeros((m, m))]])
-        b = np.concatenate(
-            [slopes[:, [n_q + j for j in free]] @ M - along[:, m:][:, free], -along[:, :m]], axis=1
-        )
-        s[:, [n_q + j for j in free]] = np.linalg.lstsq(A, b.T, rcond=1e-11)[0][: len(free)].T
+        b = np.concatenate([slopes[:, moved] @ M - along[:, m:][:, free], -along[:, :m]], axis=1)
+        s[:, moved] = np.linalg.lstsq(A, b.T, rcond=1e-11)[0][: len(free)].T
         return s
 
     def check(self, y: Array, slopes: Array, initial: Mapping[Any, Any]) -> None:
         """Check that the s_j satisfy the conditions on coordinates and on speeds."""
         m = len(self.kernels.on_speeds)
-        residuals = np.concatenate(
-            [
-                self._at("conditions", y, slopes)[1][:, self.of_places],
-                self._at("speeds", y, slopes)[1][:, :m],
-            ],
-            axis=1,
-        )
+        of_places = self._at("conditions", y, slopes)[1][:, self.of_places]
+        residuals = np.concatenate([of_places, self._at("speeds", y, slopes)[1][:, :m]], axis=1)
         for unknown, row, slope in zip(self.unknowns, residuals, slopes, strict=True):
             if not np.abs(row).max(initial=0.0) <= 1e-7 * (1 + np.abs(slope).max(initial=0.0)):
                 raise SimulationError(

@@ -132,7 +132,7 @@ class ComputedMotion:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates and speeds."""
-        return (*self.kernels.model.coordinate_names, *self.kernels.model.speed_names)
+        return self.kernels.model.state_names
 
     @property
     def status(self) -> str:

@@ -74,6 +74,15 @@ class Happening(Event):
     after: dict[str, float] = field(default_factory=dict)
     warnings: tuple[MotionWarning, ...] = ()
 
+    @classmethod
+    def between(
+        cls, names: Sequence[str], time: float, name: str, states: tuple[Any, Any], text: str,
+        warnings: tuple[MotionWarning, ...] = (),
+    ) -> Happening:  # fmt: skip
+        """Return the event with arrays of the states before and after it, which begin with what has these names."""
+        before, after = (dict(zip(names, y.tolist(), strict=False)) for y in states)
+        return cls(time, name, 0, before, text, after, warnings)
+
     def __str__(self) -> str:
         return f"t = {self.time:.6g} s: {self.text}"
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.conditions.unilateral import MotionWarning
-from ..kernels.program import Program
+from ..kernels.program import Program, at_states
 from ..ode.dense_output import Array, observe
 from .computed_motion import ComputedMotion
 from .course import Piece
@@ -48,7 +48,7 @@ class InLegs:
         segments = segments_of(motion.path, motion.kernels)
         if all(s.parameters is None and s.kernels is motion.kernels for s in segments):
             constants = program.constants(motion._parameters)
-            return observe(program.address(function), program.outputs(function), times, states, constants)
+            return at_states(program, function, times, states, constants)
         result = np.empty((len(times), program.outputs(function)))
         for k, chosen in phases_of(motion).split(times):
             segment, own_program = segments[k], program

@@ -138,7 +138,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
         An unknown name, with the nearest known one; one name for two outputs.
     """
     if outputs is None:
-        outputs = [*model.coordinate_names, *model.speed_names, *([TIMELINE] if timeline else [])]
+        outputs = [*model.state_names, *([TIMELINE] if timeline else [])]
     if isinstance(outputs, Mapping):
         items = [(str(name), value) for name, value in outputs.items()]
     else:

@@ -21,7 +21,7 @@ from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
 from ...dynamics.loads.actions import accelerating
 from ...dynamics.motion import motion, transmitting
-from ...motion.ode.dense_output import observe
+from ...motion.kernels.program import at_states
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
 from .contacts import Contacts, Touched
@@ -309,7 +309,7 @@ class _Source:
 
     def _observed(self, program: Any, function: str, t: Array, states: Array) -> Array:
         constants = program.constants(self.parameters)
-        return observe(program.address(function), program.outputs(function), t, states, constants)
+        return at_states(program, function, t, states, constants)
 
     def error(self, sample: _Sample, at: Places, middle: _Sample) -> Array:
         """Relative error of the interpolation at the middle of the interval after each of the moments ``at``."""
@@ -428,5 +428,5 @@ def paths_of_arrows(trajectory: Trajectory, keys: Keyframes) -> dict[str, Array]
 
     program = kernels.program("points of arrows", points)
     constants = program.constants(kernels.parameters(trajectory.numbers))
-    all_points = observe(program.address("points"), 3 * len(names), keys.t, keys.states, constants)
+    all_points = at_states(program, "points", keys.t, keys.states, constants)
     return {name: all_points[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}

@@ -51,7 +51,7 @@ class Outputs:
         for arrow in (arrow for arrow in acting if arrow.moves):
             self.points[arrow.key] = place
             place += 3
-        for i, name in enumerate((*model.coordinate_names, *model.speed_names)):
+        for i, name in enumerate(model.state_names):
             self.channels[f"state {name}"] = ["states", i, 1]
         if kernels.works or model.contacts:
             self.channels["energy work"] = ["states", model.n_q + model.n_u, 1]

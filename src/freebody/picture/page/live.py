@@ -107,7 +107,7 @@ class Live:
             If a name is unknown, the machine cannot have the values, or the run fails.
         """
         with self._lock:
-            names = (*self.model.coordinate_names, *self.model.speed_names)
+            names = self.model.state_names
             for name in initial:
                 if name not in names:
                     raise SimulationError(f"Unknown coordinate or speed '{name}' of '{self.model.name}'.")

@@ -125,7 +125,7 @@ def start_of(
 ) -> dict[str, float]:
     """Return the initial values that are given for single coordinates and speeds."""
     state = float_state(model, values=values)
-    names = (*model.coordinate_names, *model.speed_names)
+    names = model.state_names
     return {
         name: float(state(system.expression(value)))
         for name, value in named(model, initial).items()

@@ -43,7 +43,7 @@ class Symbols:
     @classmethod
     def of(cls, model: Model, *more: str) -> Symbols:
         """Return the symbols of a machine's page."""
-        states = (*model.coordinate_names, *model.speed_names)
+        states = model.state_names
         parameters = (parameter.name for parameter in model.parameters)
         joints = (*model.joints, *(name for name, x in model.constraints.items() if isinstance(x, Closure)))
         contacts = (name for x in model.contacts for name in (x.name, x.owner))

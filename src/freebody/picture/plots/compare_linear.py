@@ -89,7 +89,7 @@ def compare_linear(
     first = response(0)
     deviation = [first[name] for name in (*linear.coordinates, *linear.carried)]
     q, u = start_of(linear, deviation, [first[name] for name in linear.rates])
-    start = dict(zip((*model.coordinate_names, *model.speed_names), (*q, *u), strict=True))
+    start = dict(zip(model.state_names, (*q, *u), strict=True))
     trajectory = simulate(model, until, initial=start, values=linear.values, times=t, tolerance=tolerance)
     q0 = [linear.point[name] for name in model.coordinate_names]
     u0 = [linear.point[name] for name in model.speed_names]

@@ -484,7 +484,7 @@ def body_rotation(trajectory: Trajectory, body: str) -> Array:
 def angular_velocity(trajectory: Trajectory, body: str) -> Array:
     """Angular velocity of a body in the ground at the output times, in ground axes, shape (n, 3) [rad/s]."""
     from ...dynamics.kinematics import angular_velocity as of_body
-    from ...motion.ode.dense_output import observe
+    from ...motion.kernels.program import at_states
     from ..moving.keyframes import Named
 
     if body not in trajectory.poses:
@@ -494,6 +494,4 @@ def angular_velocity(trajectory: Trajectory, body: str) -> Array:
         ("spin", body), lambda state: {"spin": list(of_body(kernels.model, state, Named(body)))}
     )
     constants = program.constants(kernels.parameters(trajectory.numbers))
-    return observe(
-        program.address("spin"), program.outputs("spin"), trajectory.t, trajectory.states, constants
-    )
+    return at_states(program, "spin", trajectory.t, trajectory.states, constants)

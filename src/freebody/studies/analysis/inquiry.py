@@ -42,7 +42,7 @@ class Inquiry:
         self.patience = patience
         self.missing = [p.name for p in self.model.parameters if p.default is None and p.name not in values]
         self.values = {} if self.missing else dict(self.model.values(values))
-        names = [*self.model.coordinate_names, *self.model.speed_names]
+        names = self.model.state_names
         for name in about:
             if name not in names:
                 raise ModelError(

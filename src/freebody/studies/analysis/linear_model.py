@@ -142,7 +142,7 @@ class SmallMotions:
         y, _ = closed_start(
             kernels_of(self.asked.model), self.asked.values, about, self.asked.near, float(0), False
         )
-        names = [*self.asked.model.coordinate_names, *self.asked.model.speed_names]
+        names = self.asked.model.state_names
         return dict(zip(names, y.tolist(), strict=True))
 
     def _motion_of(self, state: Any) -> Any:

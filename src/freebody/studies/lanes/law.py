@@ -131,7 +131,7 @@ def by_name(entries: Any, others: Mapping[str, Any], call: str) -> dict[str, Any
 
 def names_in(model: Model, names: Iterable[str], where: str) -> list[str]:
     """Return the names of parameters, coordinates and speeds that texts stand for; ``where`` is for messages."""
-    known = [*model.defaults, *model.coordinate_names, *model.speed_names]
+    known = [*model.defaults, *model.state_names]
     atoms = {str(atom): text for atom, text in model.names.texts.items()}  # theta(t) is theta
     result: list[str] = []
     for text in names:

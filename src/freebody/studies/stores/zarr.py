@@ -317,7 +317,7 @@ def _varied(job: Job) -> dict[str, tuple[int, str]]:
     """Return the coordinates of lanes: name -> (0 for a parameter or 1 for an initial value, its name)."""
     parameters, starts = job.lanes.varied
     model = job.kernels.model
-    names = {*model.coordinate_names, *model.speed_names}
+    names = {*model.state_names}
     return {name: (0, name) for name in parameters} | {
         f"{name}_start": (1, name) for name in starts if name in names
     }

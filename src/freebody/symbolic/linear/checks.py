@@ -105,7 +105,7 @@ class Checks:
     def named(self, q: Any, u: Any) -> dict[str, Any]:
         """Coordinates and speeds by name."""
         columns = [x.reshape(self.shape) if self.shape else float(x[0]) for x in (*q.T, *u.T)]
-        return dict(zip((*self.model.coordinate_names, *self.model.speed_names), columns, strict=True))
+        return dict(zip(self.model.state_names, columns, strict=True))
 
     def which(self, i: int) -> str:
         """Return " at m = 2, ..." for state ``i`` of many; "" for a single state."""

@@ -105,7 +105,7 @@ def constrained_symbols(
         inputs,
         canonical,
         ring=ring,
-        point=dict(zip((*model.coordinate_names, *model.speed_names), shown, strict=True)),
+        point=dict(zip(model.state_names, shown, strict=True)),
         carried=carried,
     )
 

@@ -420,7 +420,7 @@ def _about_trajectory(
 ) -> LinearModel:
     model = programs.model
     trajectory = getattr(about, "_trajectory", about)
-    if tuple(trajectory.names) != (*model.coordinate_names, *model.speed_names):
+    if tuple(trajectory.names) != model.state_names:
         raise ModelError(
             f"Expected a motion of '{model.name}' in `about`, got one of '{trajectory.name}' with the names "
             f"{', '.join(trajectory.names)}."

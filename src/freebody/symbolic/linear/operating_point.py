@@ -61,7 +61,7 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
         )
     q: list[Expression] = [*rest_coordinates(model)]
     u: list[Expression] = [0] * model.n_u
-    names = [*model.coordinate_names, *model.speed_names]
+    names = model.state_names
     quaternions = {link.joint: link.quaternion for link in model.links if link.own}
     named = set()
     for key, value in about.items():
@@ -95,7 +95,7 @@ def _steady_motion_values(model: Model, about: Any) -> Any:
         return about.state
     if not (hasattr(about, "solution") and hasattr(about, "free")):
         return about
-    known = {*model.coordinate_names, *model.speed_names}
+    known = {*model.state_names}
     foreign = [name for name in (*about.solution, *about.free) if name not in known]
     if foreign:
         raise ModelError(

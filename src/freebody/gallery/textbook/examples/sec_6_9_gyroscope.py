@@ -113,7 +113,7 @@ def solve(case: Case) -> Solved:
 
 def checks(case: Case, at: fb.Trajectory) -> tuple[Check, ...]:
     """Check every integral along the simulated motion against its value at the release."""
-    names = [*case.equations.model.coordinate_names, *case.equations.model.speed_names]
+    names = case.equations.model.state_names
     start = {**dict.fromkeys(names, 0.0), "theta": case["theta_0"], "phi'": case["Omega_zeta"]}
     end = {name: float(at[name][0]) for name in names}
     return tuple(

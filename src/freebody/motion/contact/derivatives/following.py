@@ -27,17 +27,19 @@ from ...ode.integration import Integration
 from ...request import Problem
 from ...trajectory.phases import Phases, Segment
 from ...trajectory.progress import Progress
-from ..history import Entry, History
+from ..history import Entry, History, impact_of
 from .impact_slopes import Impact, bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
 TRIGGERS = event_run.NORMAL_ZERO, event_run.SLIP_STOPPED, event_run.CONE_REACHED, *ENDS_OF_SIDES
 """Reasons of a mode that ends by a function of its own, beside the closing of a gap."""
+OF_THE_PRESSER = event_run.GAP_CLOSED, event_run.NORMAL_ZERO, *ENDS_OF_SIDES
+"""Reasons of what resists rolling or spinning that are those of its contact."""
 ALIKE = 1e-6
 """Relative difference up to which times of events, and rates on both sides of one, are equal."""
 NONE = 1e-9
@@ -220,8 +222,7 @@ class _Following:
             self.check_start(list(events), r, t)
         else:
             times = self.slopes_of_times(last, events, r, shifts, self.landing(moment, sigma=r, tau=tau))
-            names = [f"contact '{slopes.model.contacts[k].name}'" for k in events]
-            found = [*zip(names, times, strict=True), *others]
+            found = [*zip((title(slopes, k) for k in events), times, strict=True), *others]
         if found:
             tau = found[0][1]
         for name, other in found[1:]:
@@ -273,7 +274,7 @@ class _Following:
     def struck(self, entry: Entry) -> Struck:
         """Return a blow of the log."""
         told, model = self.history.told[entry.marks[0]], self.slopes.model
-        names = (*model.coordinate_names, *model.speed_names)
+        names = model.state_names
         before, after = (np.array([of[x] for x in names]) for of in (told.state, told.after))
         return Struck(self.history.work.struck[entry.marks[0]], told.time, before, after)
 
@@ -298,16 +299,14 @@ class _Following:
         was_open = [last is None or last.kernels.modes[k] == "open" for k in range(len(self.scene.first))]
         for entry in moment.entries:
             if entry.kind == event_run.IMPACT:
-                at = 4 + 2 * (self.moved + 2)
-                for k in entry.marks[2:]:
-                    approaches, own = entry.numbers[at] < -entry.numbers[3], self.scene.presser[k] < 0
-                    if not own:
-                        pass  # it closes with its contact
-                    elif was_open[k] and approaches:
+                hit = impact_of(self.history.work, entry)
+                for k, speed in zip(hit.chosen, hit.speeds, strict=True):
+                    if not was_open[k] or self.scene.presser[k] >= 0:
+                        pass  # resistance closes with its contact
+                    elif speed < -hit.still:
                         result.setdefault(k, event_run.GAP_CLOSED)
-                    elif was_open[k]:
+                    else:
                         others.add(k)
-                    at += 3 + self.scene.tangents[k]
             elif entry.kind == event_run.NOTE:
                 for k, before, _, why in notes_of(entry, len(self.scene.first)):
                     if self.ends_itself(k, before, why, last, was_open[k]):
@@ -315,17 +314,12 @@ class _Following:
             elif entry.kind == event_run.RESTING and entry.marks[0] != event_run.SERIES:
                 raise refused(slopes, t, "bounces or slips of several contacts end together there")
         for k in others - set(result):
-            name = slopes.model.contacts[k].name
-            raise refused(slopes, t, f"contact '{name}' touches, without approaching, as others collide")
+            raise refused(slopes, t, f"{title(slopes, k)} touches, without approaching, as others collide")
         return result
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
         """Return True if the mode of a contact ends by a function of its own."""
-        if self.scene.presser[k] >= 0 and why in (
-            event_run.GAP_CLOSED,
-            event_run.NORMAL_ZERO,
-            *ENDS_OF_SIDES,
-        ):
+        if self.scene.presser[k] >= 0 and why in OF_THE_PRESSER:
             return False
         if why == event_run.GAP_CLOSED:
             return last is not None and was_open
@@ -367,25 +361,15 @@ class _Following:
         y = self.history.states[0]
         for k in events:
             for s, dp, unknown in zip(S, self.slopes.seeds, self.slopes.unknowns, strict=True):
-                gap = self.slopes.of_contact(k, t, y, s, 0.0, dp)[0]
+                gap = self.slopes.of_contact(k, t, y, s, 0.0, dp).gap
                 if abs(gap) > self.alike * np.abs(s).max(initial=0.0):
-                    name = self.slopes.model.contacts[k].name
-                    raise refused(
-                        self.slopes,
-                        t,
-                        f"contact '{name}' begins closed, and would not if '{unknown.name}' changed",
-                    )
+                    what = f"{title(self.slopes, k)} begins closed, and would not if '{unknown.name}' changed"
+                    raise refused(self.slopes, t, what)
 
     def impact(self, entry: Entry) -> Impact:
         """Return an impact of the log."""
-        slopes, n_y, numbers = self.slopes, self.moved + 2, entry.numbers
-        t, part, _, still = numbers[:4].tolist()
-        chosen, at, impulses = entry.marks[2:], 4 + 2 * n_y, np.zeros(self.scene.rows)
-        if entry.marks[0]:
-            raise refused(slopes, t, "the impulses of an impact are indeterminate, and decide the motion")
-        for k in chosen:
-            size, first = 1 + self.scene.tangents[k], self.scene.first[k]
-            impulses[first : first + size] = numbers[at + 2 : at + 2 + size]
-            at += 2 + size
-        before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
-        return Impact(t, before, after, chosen, impulses, part, still)
+        hit = impact_of(self.history.work, entry)
+        if hit.open:
+            what = "the impulses of an impact are indeterminate, and decide the motion"
+            raise refused(self.slopes, hit.t, what)
+        return Impact(hit.t, hit.before, hit.after, hit.chosen, hit.impulses, hit.part, hit.still)

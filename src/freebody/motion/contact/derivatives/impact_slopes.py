@@ -26,7 +26,7 @@ from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
 from ...phase.snapshot import Snapshot
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 
 NONE = 1e-9
 """Part of the greatest impulse below which there is none."""
@@ -73,14 +73,14 @@ class Law(NamedTuple):
     normal: int | None
     tangents: list[int]
     presser: int
-    e: float
-    part: float
-    speed: float
     impulse: float
-    friction: float
-    place: int
-    way: Any
-    turn: Any
+    e: float = 0.0
+    part: float = 0.0
+    speed: float = 0.0
+    friction: float = 0.0
+    place: int = 0
+    way: Any = None
+    turn: Any = None
     grown: Any = None
     load: Load | None = None
 
@@ -157,15 +157,15 @@ def _right(slopes: Slopes, hit: Impact, laws: list[Law], own: Any, s: Array, tau
     for law in laws:
         k, at = law.contact, scene.first[law.contact]
         touch = slopes.of_contact(k, hit.t, hit.before, s, tau, dp)
-        after = slopes.rates_of(slopes.of_contact(k, hit.t, hit.after, still, tau, dp), k)
-        of_laws = slopes.laws_of(touch, k)
+        after = slopes.of_contact(k, hit.t, hit.after, still, tau, dp).rates
+        of_laws = touch.laws
         if hit.origin is not None:
             state, sigma = hit.origin
-            of_laws = slopes.laws_of(slopes.of_contact(k, hit.t, state, sigma[j], tau, dp), k)
+            of_laws = slopes.of_contact(k, hit.t, state, sigma[j], tau, dp).laws
         for r in range(at, at + 1 + scene.tangents[k]):
-            first += hit.impulses[r] * slopes.row_entries(touch, r)
+            first += hit.impulses[r] * touch.row(r)
         if law.normal is not None and law.grown is None:
-            normal = -after[0] - law.e * slopes.rates_of(touch, k)[0] - law.part * of_laws[2] * law.speed
+            normal = -after[0] - law.e * touch.rates[0] - law.part * of_laws[2] * law.speed
             result.append(np.array([normal]))
         elif law.normal is not None:
             result.append(np.array([law.grown[j] + law.part * of_laws[2] * law.impulse / law.e]))
@@ -196,10 +196,9 @@ def laws_of_impact(slopes: Slopes, hit: Impact) -> list[Law]:
     for law in result:  # at the limit of friction it sticks if the others hold it
         some, all_ = (np.vstack([W[rows], G]) for rows in (held, [*held, *law.rows]))
         if law.contact in limits and np.linalg.matrix_rank(all_, NONE) > np.linalg.matrix_rank(some, NONE):
-            what = (
-                f"contact '{slopes.model.contacts[law.contact].name}' is between stick and slip in an impact"
+            raise refused(
+                slopes, hit.t, f"{title(slopes, law.contact)} is between stick and slip in an impact"
             )
-            raise refused(slopes, hit.t, what)
     return result
 
 
@@ -214,12 +213,11 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
     scene, (before, after) = slopes.scene, seen
     if slopes.model.contacts[k].loaded:
         load = load_of_impact(slopes, hit, k)
-        law = Law(k, None, [], k, 0.0, 0.0, 0.0, load.size, 0.0, 0, None, None, None, load)
-        return _with_friction(slopes, hit, k, seen, law)
+        return _with_friction(slopes, hit, k, seen, Law(k, None, [], k, load.size, load=load))
     presser = scene.presser[k]
     if presser >= 0:
         N = float(hit.impulses[scene.first[presser]])
-        law = Law(k, None, [], presser, 0.0, 0.0, 0.0, N, 0.0, 0, None, None)
+        law = Law(k, None, [], presser, N)
         return _with_friction(slopes, hit, k, seen, law) if hit.taken or none < N else None
     at, still = scene.first[k], SLOW * hit.still
     e, part = (0.0, 0.0) if hit.taken else (hit.part * float(before.restitution[k]), hit.part)
@@ -230,15 +228,12 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         least, grown, rebound = e * max(float(given[at]), 0.0), e * of_impulses[:, at], after.rate[at]
     presses = hit.taken or N - least > none
     if not presses and not rebound > still:
-        what = f"contact '{slopes.model.contacts[k].name}' takes part in an impact without impulse"
-        raise refused(slopes, hit.t, what)
+        raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     if not presses and least <= none:
         return None
     if presses and hit.compressed is not None:
         e, part, grown = 0.0, 0.0, None
-    return _with_friction(
-        slopes, hit, k, seen, Law(k, at, [], k, e, part, speed, N, 0.0, 0, None, None, grown)
-    )
+    return _with_friction(slopes, hit, k, seen, Law(k, at, [], k, N, e, part, speed, grown=grown))
 
 
 def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:
@@ -248,7 +243,7 @@ def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Sn
     slip = seen[1].rate[at + 1 : at + 1 + n]
     rests = np.linalg.norm(slopes.look(hit.t, state).rate[at + 1 : at + 1 + n]) <= hit.still
     place = 3 if rests else 0
-    mu = float(slopes.laws_of(slopes.outputs(k, hit.t, state), k)[place])
+    mu = float(slopes.outputs(k, hit.t, state).laws[place])
     law = law._replace(friction=mu, place=place)
     if n == 0 or mu == 0:
         return law

@@ -20,7 +20,7 @@ from ...legs.loaded_slopes import load_of_impact
 from ...ode.dense_output import Array
 from ...phase.bearings import PASSES
 from .impact_slopes import AT_LIMIT, NONE, Impact, impact_slope, laws_of_impact, rows_of
-from .slopes import Slopes, refused
+from .slopes import Slopes, refused, title
 
 
 def after_impact(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> Array:
@@ -68,12 +68,8 @@ def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
     """
     laws = laws_of_impact(slopes, first)
     held = [(law, r) for law in laws for r in law.rows if r == law.normal or law.way is None]
-    pushed = np.vstack(
-        [
-            slopes.look(first.t, first.before).matrix[[r for _, r in held]],
-            slopes.mass(first.t, first.before)[1],
-        ]
-    )
+    W, (_, G) = slopes.look(first.t, first.before).matrix, slopes.mass(first.t, first.before)
+    pushed = np.vstack([W[[r for _, r in held]], G])
     _, sizes, V = np.linalg.svd(pushed.T)
     idle = V[int((sizes > NONE * sizes.max(initial=0.0)).sum()) :]
     of_joints = [i for i, (law, _) in enumerate(held) if slopes.model.contacts[law.contact].loaded]
@@ -81,8 +77,8 @@ def check_shares(slopes: Slopes, first: Impact, restitution: Array) -> None:
     for i, (law, r) in enumerate(held):
         if r == law.normal and restitution[law.contact] > 0 and np.abs(idle[:, i]).max(initial=0.0) > NONE:
             what = (
-                f"the impulse of contact '{slopes.model.contacts[law.contact].name}' in the compression of an impact "
-                "is open, since others stop the same motion, and decides its rebound"
+                f"the impulse of {title(slopes, law.contact)} in the compression of an impact is open, since others "
+                "stop the same motion, and decides its rebound"
             )
             raise refused(slopes, first.t, what)
 

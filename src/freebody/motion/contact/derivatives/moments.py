@@ -18,7 +18,7 @@ class Moment(NamedTuple):
 def moments(history: History) -> tuple[list[int], list[Moment]]:
     """Return the numbers of the phases that are not straight steps, and the moments before each of them."""
     phases, result, number = [], [Moment([], [])], 0
-    for entry in map(Entry._make, history.entries()):
+    for entry in history.entries():
         if entry.kind == event_run.PHASE:
             if entry.marks[7] == event_run.STRAIGHT:
                 result[-1].straight.append(number)

@@ -8,14 +8,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from ....dynamics import State, kinetic_energy, potential_energy
+from ....dynamics import State
 from ....errors import NoDerivativesError, SimulationError
 from ....scalar.algebra import Expression, Scalar
-from ...ending import End
 from ...kernels.contact_quantities import OfContacts
-from ...kernels.program import Program
+from ...kernels.program import Program, at_states
 from ...kernels.switches import value_of
-from ...ode.dense_output import Array, Crossing, observe
+from ...legs.number_derivatives import Numbers
+from ...legs.variation import energy_named
+from ...ode.dense_output import Array, Crossing
 from ...phase.candidate_slopes import along
 from ...trajectory.computed_motion import ComputedMotion
 from ...trajectory.event import expressions_of
@@ -30,36 +31,26 @@ ALIKE, SAME = 1e-9, 1e-6
 """Relative differences up to which two values are equal, and their derivatives."""
 
 
-class TouchingNumbers:
+class TouchingNumbers(Numbers):
     """Derivatives of single numbers of a motion with contacts."""
 
     def __init__(self, motion: ComputedMotion, shifts: Array, followed: Followed) -> None:
-        self.motion, self.shifts, self.followed = motion, shifts, followed
-        self.of = self.followed.slopes
+        super().__init__(motion, shifts)
+        self.followed, self.of = followed, followed.slopes
 
     @cached_property
     def states(self) -> Array:
         """States with their derivatives at the output times."""
         return self.followed.path.sample(self.motion.t)
 
-    def number(self, how: str, quantity: Expression, name: str) -> Array:
-        """Return the derivatives of a number of the whole run: of its first, last, greatest or smallest value.
-
-        Raises
-        ------
-        SimulationError
-            A number that has none, such as the greatest of two equal values.
-        """
-        if how == "range":
-            return self._extreme(quantity, 1, name) - self._extreme(quantity, -1, name)
-        if how in ("max", "min"):
-            return self._extreme(quantity, 1 if how == "max" else -1, name)
-        path = self.motion.path
+    def _at_end(self, quantity: Expression, how: str, name: str) -> Array:
+        path, last = self.motion.path, self.followed.path.segments[-1]
         if how == "initial":
             return self.slopes(quantity, np.array([path.start]))[0]
-        return self._total(quantity, path.end, self._last(path.end), self.end)
+        rate, ways = self._change(quantity, last, path.end, last.path.states[-1])
+        return ways + rate * self.end
 
-    def _extreme(self, quantity: Expression, sign: int, name: str) -> Array:
+    def _greatest(self, quantity: Expression, sign: int, name: str) -> Array:
         """Return the derivatives of a quantity where ``sign`` times it is greatest: d/dp = Dx + x' dt/dp.
 
         At the ends of a phase dt/dp is that of the time at which it ends. Between them x' = 0.
@@ -89,10 +80,10 @@ class TouchingNumbers:
         of, n = _slopes(segment), self.of.moved
         y = segment.path.sample(times)[:, : n + 2]
         motion = segment.kernels.motion()
-        f = observe(motion.address("rates"), n + 2, times, y, motion.constants(of.parameters))[:, :n]
+        f = at_states(motion, "rates", times, y, motion.constants(of.parameters))[:, :n]
         given = np.hstack([y[:, :n], f, np.ones((len(times), 1)), np.zeros((len(times), len(of.symbols)))])
         program = self._program(quantity)
-        return observe(program.address("course"), 2, times, given, program.constants(of.parameters))
+        return at_states(program, "course", times, given, program.constants(of.parameters))
 
     def _at_peak(self, quantity: Expression, one: Peak) -> Array:
         """Return the derivatives of a value that may be the greatest."""
@@ -102,21 +93,8 @@ class TouchingNumbers:
         elif one.end:
             shift = next((tau for a, b, tau in self.followed.shifts if a <= one.time <= b), shift)
         row = one.segment.path.sample(np.array([one.time]))[0]
-        f = _slopes(one.segment).velocity(one.segment.kernels, one.time, row[: self.of.moved + 2])
-        return self._total(quantity, one.time, (row, f, one.segment), shift)
-
-    @cached_property
-    def end(self) -> Array:
-        """Derivatives of the time at which the run ends."""
-        path = self.motion.path
-        if path.status == End.FINISHED:
-            return cast(Array, self.shifts[1])
-        if path.status == End.TERMINAL:
-            return self.event(path.crossings[-1])
-        raise SimulationError(
-            f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "
-            f"'{path.status}' at t = {path.end:.6g} s. End it before."
-        )
+        rate, ways = self._change(quantity, one.segment, one.time, row)
+        return ways + rate * shift
 
     def event(self, crossing: Crossing) -> Array:
         """Return the derivatives of the time of an event of the user.
@@ -134,10 +112,10 @@ class TouchingNumbers:
                 f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
                 "motion.sensitivity.times(contact)."
             )
-        row, f, segment = self._before(crossing.time)
-        of = _slopes(segment)
-        n, zero = of.moved, np.zeros(len(of.symbols))
-        program, y = motion.kernels.expressions((quantity,)), row[None, :n]
+        # the state before what may happen then
+        segment = next(one for one in self.followed.path.segments if one.path.end >= crossing.time)
+        row = segment.path.sample(np.array([crossing.time]))[0]
+        program, y = motion.kernels.expressions((quantity,)), row[None, : self.of.moved]
         (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
         if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
             raise SimulationError(
@@ -145,39 +123,25 @@ class TouchingNumbers:
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        (rate,) = self._observed(segment, quantity, crossing.time, row[:n], f, 1.0, zero)
-        ways = [self._observed(segment, quantity, crossing.time, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-                for j, dp in enumerate(of.seeds)]  # fmt: skip
+        rate, ways = self._change(quantity, segment, crossing.time, row)
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
                 f"{crossing.time:.6g} s it only touches zero, or jumps over it. Watch for another expression."
             )
-        return -np.array(ways) / rate
+        return -ways / rate
 
-    def _total(
-        self, quantity: Expression, t: float, last: tuple[Array, Array, Segment], shift: Array
-    ) -> Array:
-        row, f, segment = last
+    def _change(self, quantity: Expression, segment: Segment, t: float, row: Array) -> tuple[float, Array]:
+        """Return the rate of a quantity in a phase, and its derivatives, at a state with its derivatives."""
         of = _slopes(segment)
         n, zero = of.moved, np.zeros(len(of.symbols))
+        f = of.velocity(segment.kernels, t, row[: n + 2])
         ways = [
             self._observed(segment, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
             for j, dp in enumerate(of.seeds)
         ]
         (rate,) = self._observed(segment, quantity, t, row[:n], f, 1.0, zero)
-        return np.array(ways) + rate * shift
-
-    def _last(self, t: float) -> tuple[Array, Array, Segment]:
-        segment = self.followed.path.segments[-1]
-        row, of = segment.path.states[-1], _slopes(segment)
-        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
-
-    def _before(self, t: float) -> tuple[Array, Array, Segment]:
-        """Return the state with its derivatives, and the rates, at a time, before what may happen then."""
-        segment = next(one for one in self.followed.path.segments if one.path.end >= t)
-        row, of = segment.path.sample(np.array([t]))[0], _slopes(segment)
-        return row, of.velocity(segment.kernels, t, row[: of.moved + 2]), segment
+        return rate, np.array(ways)
 
     # -- programs ----------------------------------------------------------------------------------
 
@@ -226,7 +190,7 @@ class TouchingNumbers:
 
     def _values(self, of: Slopes, quantity: Expression, times: Array, given: Array) -> Array:
         program = self._program(quantity)
-        return observe(program.address("slope"), 1, times, given, program.constants(of.parameters))
+        return at_states(program, "slope", times, given, program.constants(of.parameters))
 
     def _program(self, quantity: Expression) -> Program:
         slopes, model = self.of, self.of.model
@@ -234,14 +198,11 @@ class TouchingNumbers:
         def value(state: State) -> Scalar:
             if not isinstance(quantity, str | OfReaction):
                 return value_of(state, quantity)
+            if isinstance(quantity, OfReaction):
+                raise without_derivative(f"{quantity.joint}.{quantity.what}")
             if quantity not in ENERGIES:
-                raise without_derivative(
-                    quantity if isinstance(quantity, str) else f"{quantity.joint}.{quantity.what}"
-                )
-            parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
-            return sum(
-                (part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0
-            )
+                raise without_derivative(quantity)
+            return energy_named(model, state, quantity)
 
         def functions(state: State, given: Sequence[Scalar]) -> Any:
             x = value(state)

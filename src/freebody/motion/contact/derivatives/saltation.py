@@ -23,37 +23,39 @@ import numpy as np
 
 from ...events import event_run
 from ...events.event_run import STILL
-from ...ode.dense_output import Array, observe
+from ...kernels.program import at_states
+from ...ode.dense_output import Array
 from ...phase.laws import CLOSED
 from ...phase.scene import LIMIT, Phase
 from ...trajectory.phases import Segment
-from .slopes import Slopes, refused
+from .slopes import ADHESION, NORMAL_FORCE, Slopes, refused, title
 
 # -- times -------------------------------------------------------------------------------------------------
 
 
 def event_slope(slopes: Slopes, phase: Phase, t: float, y: Array, k: int, why: int, along: Any) -> float:
     """Return the derivative along a direction of the function whose zero is an event of a contact."""
-    own, at, n = slopes.own(along.touches, k), slopes.scene.first[k], slopes.scene.tangents[k]
+    own, at, n = slopes.touch(along, k), slopes.scene.first[k], slopes.scene.tangents[k]
     if slopes.model.contacts[k].compliant and why in (event_run.GAP_CLOSED, event_run.NORMAL_ZERO):
         # N has a slope of its own only inside: at the surface that may be 0
-        return float(slopes.given_of(own, k) if is_deep(slopes, t, y, k) else own[0])
+        return float(own.laws[NORMAL_FORCE]) if is_deep(slopes, t, y, k) else own.gap
     if why == event_run.GAP_CLOSED:
-        return float(own[0])
+        return own.gap
     dF = along.forces[at : at + 1 + n]
-    pull, pulls = slopes.adhesion_of(slopes.outputs(k, t, y), k), slopes.adhesion_of(own, k)
+    pull, pulls = (float(touch.laws[ADHESION]) for touch in (slopes.outputs(k, t, y), own))
     if why == event_run.NORMAL_ZERO:
         return float(dF[0]) + pulls
     if why == event_run.CONE_REACHED:
         F = slopes.forces(phase, t, y)[at : at + 1 + n]
-        mu, change = slopes.look(t, y).static[k], slopes.laws_of(own, k)[1]
+        mu, change = slopes.look(t, y).static[k], own.laws[1]
         size = np.linalg.norm(F[1:])
         return float(mu * (dF[0] + pulls) + change * (F[0] + pull) - F[1:] @ dF[1:] / size)
     if why == event_run.SLIP_STOPPED:
         v = slopes.look(t, y).rate[at + 1 : at + 1 + n]
-        dv = slopes.rates_of(own, k)[1:]
+        dv = own.rates[1:]
         return float(dv[0] if n == 1 else v @ dv / np.linalg.norm(v))
-    return float(own[1 + reach_at_zero(slopes, t, y, k)])
+    end = int(np.argmin(np.abs(slopes.outputs(k, t, y).reaches)))  # the one that is met
+    return float(own.reaches[end])
 
 
 def is_deep(slopes: Slopes, t: float, y: Array, k: int) -> bool:
@@ -62,26 +64,17 @@ def is_deep(slopes: Slopes, t: float, y: Array, k: int) -> bool:
     return bool(slopes.look(t, y).gap[k] < -near)
 
 
-def reach_at_zero(slopes: Slopes, t: float, y: Array, k: int) -> int:
-    """Return which end of a side is met."""
-    own = slopes.outputs(k, t, y)
-    count = slopes.scene.candidates.pattern.contacts[k].reaches
-    return int(np.argmin(np.abs(own[1 : 1 + count])))
-
-
 def check_passing(slopes: Slopes, last: Segment, k: int, why: int, rate: float, tolerance: float) -> None:
     """Raise if the function of an event only touches zero, as far as the errors of the run tell."""
     path, grazes = last.path, rate == 0
     if why == event_run.GAP_CLOSED:
         program = last.kernels.contact()
-        constants = program.constants(slopes.parameters)
-        gaps = observe(program.address("gap"), program.outputs("gap"), path.times, path.states, constants)
+        gaps = at_states(program, "gap", path.times, path.states, program.constants(slopes.parameters))
         # an error δ of the gap changes its rate by g'' δ/g', and g'' is of the size of g/T²
         lasted = path.end - path.start
         grazes |= abs(rate) * lasted <= 1e2 * np.sqrt(tolerance) * np.abs(gaps[:, k]).max()
     if grazes:
-        name = slopes.model.contacts[k].name
-        what = f"contact '{name}' only touches there, with the rate {rate:.2g}: if an unknown changed, it might not"
+        what = f"{title(slopes, k)} only touches there, with the rate {rate:.2g}: if an unknown changed, it might not"
         raise refused(slopes, path.end, what)
 
 
@@ -121,22 +114,19 @@ def kept(slopes: Slopes, at: After, sigma: Array, tau: Array) -> Array:
         sizes = np.abs(s[:n_q]).max(initial=0.0), np.abs(s[n_q:]).max(initial=0.0)
         wrong = np.zeros(len(held))
         for i, (k, place, r) in enumerate(held):
-            own, parts = slopes.own(whole.touches, k), slopes.own(alone.touches, k)
+            own, parts = slopes.touch(whole, k), slopes.touch(alone, k)
             most = np.abs(seen.matrix[r]).max()
-            wrong[i] = slopes.rates_of(own, k)[place]
-            given = slopes.rates_of(parts, k)[place]
+            wrong[i], given = own.rates[place], parts.rates[place]
             size = most * (sizes[0] + sizes[1]) + abs(given)
             floor = 0.1 * alike * most  # the error of the steps
             off = abs(wrong[i]) > alike * size + floor and not (place > 0 and k in stopped)
             if place == 0:
-                off |= abs(own[0]) > alike * (most * sizes[0] + abs(parts[0])) + floor
+                off |= abs(own.gap) > alike * (most * sizes[0] + abs(parts.gap)) + floor
             if off:
                 does = "close or open" if place == 0 else "slip"
-                raise refused(
-                    slopes, t,
-                    f"contact '{slopes.model.contacts[k].name}' ({phase.modes[k]}) would {does} "
-                    f"if '{slopes.unknowns[j].name}' changed",
-                )  # fmt: skip
+                name = slopes.unknowns[j].name
+                what = f"{title(slopes, k)} ({phase.modes[k]}) would {does} if '{name}' changed"
+                raise refused(slopes, t, what)
         rows = [r for _, _, r in held]
         if rows:
             X = seen.responses[rows]
@@ -149,8 +139,7 @@ def check_modes(slopes: Slopes, phase: Phase, t: float, straight: int) -> None:
     """Raise for modes whose derivatives indeterminate forces decide; ``straight`` steps lead to them."""
     for k, mode in enumerate(phase.modes):
         if mode.startswith(LIMIT):
-            what = f"contact '{slopes.model.contacts[k].name}' rests at its limit of friction, held by the others"
-            raise refused(slopes, t, what)
+            raise refused(slopes, t, f"{title(slopes, k)} rests at its limit of friction, held by the others")
     if straight > 2:
         raise refused(slopes, t, "slips of several contacts begin and end within a microsecond")
 
@@ -164,27 +153,21 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
     largest = np.abs(F).max(initial=0.0)
     for k, mode in enumerate(phase.modes):
         at, n = scene.first[k], scene.tangents[k]
-        name = slopes.model.contacts[k].name
         if mode == "open" or k in changed or scene.presser[k] in changed:
             continue
-        pressure = F[at] + slopes.adhesion_of(slopes.outputs(k, t, y), k)
+        pressure = F[at] + float(slopes.outputs(k, t, y).laws[ADHESION])
         if pressure <= 1e-9 * largest:
-            raise refused(slopes, t, f"contact '{name}' is closed without force")
+            raise refused(slopes, t, f"{title(slopes, k)} is closed without force")
         if mode == "stick" and n:
             limit = seen.static[k] * pressure
             if limit - np.linalg.norm(F[at + 1 : at + 1 + n]) <= 1e-9 * max(limit, largest):
-                raise refused(slopes, t, f"contact '{name}' sticks exactly at its limit of friction")
+                raise refused(slopes, t, f"{title(slopes, k)} sticks exactly at its limit of friction")
     if any(mode == "open" for mode in phase.modes):
         a = slopes.accelerations(phase, t, y)
         for k, mode in enumerate(phase.modes):
             at = scene.first[k]
-            touches = (
-                mode == "open" and abs(seen.gap[k]) <= near and seen.reach[k] >= 0 and scene.presser[k] < 0
-            )
-            if (
-                touches
-                and k not in changed
-                and abs(seen.rate[at]) <= still
-                and a[at] <= 1e-9 * np.abs(a).max()
-            ):
-                raise refused(slopes, t, f"contact '{slopes.model.contacts[k].name}' touches without force")
+            if mode != "open" or k in changed or scene.presser[k] >= 0 or seen.reach[k] < 0:
+                continue
+            rests = abs(seen.gap[k]) <= near and abs(seen.rate[at]) <= still
+            if rests and a[at] <= 1e-9 * np.abs(a).max():
+                raise refused(slopes, t, f"{title(slopes, k)} touches without force")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import sympy
 
-from ....errors import NoDerivativesError, SimulationError, nearest
+from ....errors import NoDerivativesError, SimulationError
 from ....model import Model
 from ....scalar.algebra import Expression
 from ...ending import End
@@ -31,7 +31,6 @@ from ...ode.dense_output import Array
 from ...request import Problem, Request, problem_of
 from ...start.start_sensitivity import start_slopes
 from ...trajectory.computed_motion import ComputedMotion
-from ...trajectory.event import EventSpec
 from ...trajectory.in_legs import phases_of
 from ...trajectory.progress import Progress
 from ...trajectory.trajectory import Trajectory
@@ -168,38 +167,33 @@ class TouchingDerivatives(Derivatives):
 
     def of(self, motion: ComputedMotion) -> TouchingSensitivity:
         """Return the derivatives of a motion."""
-        return TouchingSensitivity(motion, self)
+        numbers = TouchingNumbers(motion, self.shifts, self.followed)
+        return TouchingSensitivity(motion, self.variation, numbers)
 
 
 class TouchingSensitivity(Sensitivity):
-    """Derivatives of a motion with contacts; :meth:`times` also takes the name of a contact."""
+    """Derivatives of a motion with contacts.
 
-    def __init__(self, trajectory: ComputedMotion, derivatives: TouchingDerivatives) -> None:
-        super().__init__(trajectory, derivatives)
-        self.numbers = cast(Any, TouchingNumbers(trajectory, derivatives.shifts, derivatives.followed))
+    :meth:`times` also takes the name of a contact: of the times at which its mode ends, since its gap closes, its force
+    falls to zero, or its slip begins or ends.
+    """
+
+    numbers: TouchingNumbers
 
     def _of_expression(self, quantity: Expression) -> Array:
-        return cast(TouchingNumbers, self.numbers).slopes(quantity, self._trajectory.t)
+        return self.numbers.slopes(quantity, self._trajectory.t)
 
     def _of_component(self, name: str) -> Array:
-        states, n = cast(TouchingNumbers, self.numbers).states, len(self._trajectory.names)
+        states, n = self.numbers.states, len(self._trajectory.names)
         return np.asarray(states[:, n + 2 + self._trajectory.names.index(name) :: n])
 
-    def times(self, event: Any, unknown: Any = None) -> Array:
-        """Return the derivatives of the times of an event of the user, or of those at which the mode of a contact ends:
-        its gap closes, its force falls to zero, its slip begins or ends.
-        """
-        trajectory = self._trajectory
-        names = [spec.name for spec in trajectory.specs]
-        name = event.name if isinstance(event, EventSpec) else event
-        contacts = [contact.name for contact in trajectory.kernels.model.contacts]
-        if name in names or name not in contacts:
-            if name not in names:
-                raise SimulationError(
-                    f"Unknown event '{name}' in trajectory.sensitivity.times; {nearest(str(name), [*names, *contacts])}"
-                )
-            return super().times(event, unknown)
-        followed = cast(TouchingNumbers, self.numbers).followed
-        rows = [x.slopes for x in followed.happened if x.contact == name]
-        result = np.array(rows).reshape(len(rows), len(self.unknowns))
-        return result if unknown is None else result[:, self._place(unknown)]
+    def _with_times(self) -> list[str]:
+        return [
+            *super()._with_times(),
+            *(contact.name for contact in self._trajectory.kernels.model.contacts),
+        ]
+
+    def _of_times(self, name: str) -> list[Array]:
+        if name in super()._with_times():
+            return super()._of_times(name)
+        return [x.slopes for x in self.numbers.followed.happened if x.contact == name]

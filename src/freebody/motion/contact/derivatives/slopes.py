@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ import numpy as np
 from ....errors import NoDerivativesError
 from ....native import loop
 from ...kernels.kernels import Kernels
+from ...kernels.program import at_state
 from ...legs.driven_slopes import inputs_of
 from ...legs.variation import Unknown
 from ...ode.dense_output import Array, Rates, outputs_at
@@ -32,6 +34,53 @@ CURE = (
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
 OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip")
 """Quantities of contacts that have derivatives."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """Outputs of the kernel of a contact at a state, or their derivatives along a direction."""
+
+    scene: Scene
+    k: int
+    outputs: Array
+
+    @property
+    def pattern(self) -> Any:
+        """Places among the outputs."""
+        return self.scene.candidates.pattern.contacts[self.k]
+
+    @property
+    def gap(self) -> float:
+        """The gap."""
+        return float(self.outputs[0])
+
+    @property
+    def reaches(self) -> Array:
+        """Distances inside the ends of sides."""
+        return self.outputs[1 : 1 + self.pattern.reaches]
+
+    @property
+    def rates(self) -> Array:
+        """Rates of the gap and along the tangents."""
+        at = self.pattern.rates
+        return self.outputs[at : at + 1 + self.scene.tangents[self.k]]
+
+    @property
+    def laws(self) -> Array:
+        """μ, μ_s, e, μ at rest, the normal force that the state gives, and the pull that the contact bears."""
+        return self.outputs[self.pattern.laws :][:6]
+
+    def row(self, r: int) -> Array:
+        """Return row r of W, in the order of the speeds."""
+        pattern, result = self.scene.candidates.pattern, np.zeros(self.scene.model.n_u)
+        first, count, place = pattern.rows[r]
+        for i in range(count):
+            result[pattern.order[pattern.columns[first + i]]] = self.outputs[place + i]
+        return result
+
+
+NORMAL_FORCE, ADHESION = 4, 5
+"""Places among the `Touch.laws`."""
 
 
 class Direction(NamedTuple):
@@ -79,7 +128,7 @@ class Slopes:
 
     def look(self, t: float, y: Array) -> Snapshot:
         """Return the contacts at a state."""
-        return self.scene.at(t, row(y), self.looking)
+        return self.scene.at(t, np.ascontiguousarray(y, dtype=float), self.looking)
 
     def _of(self, phase: Phase) -> tuple[PhaseSlopes, Array]:
         key = id(phase)
@@ -104,10 +153,7 @@ class Slopes:
 
     def velocity(self, phase: Phase, t: float, y: Array) -> Array:
         """Return (q', u') in a phase."""
-        program, constants = phase.motion(), self._of(phase)[1]
-        return outputs_at(program.address("rates"), program.outputs("rates"), t, row(y), constants)[
-            : self.moved
-        ]
+        return at_state(phase.motion(), "rates", t, y, self._of(phase)[1])[: self.moved]
 
     def forces(self, phase: Phase, t: float, y: Array) -> Array:
         """Return the contact forces in a phase."""
@@ -119,8 +165,7 @@ class Slopes:
 
     def _contact(self, name: str, phase: Phase, t: float, y: Array) -> Array:
         program = phase.contact()
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y), constants)
+        return at_state(program, name, t, y, program.constants(self.parameters))
 
     def along(
         self, phase: Phase, t: float, y: Array, s: Array, tau: float = 0.0, dp: Any = None
@@ -135,10 +180,20 @@ class Slopes:
 
     # -- at a state, without a phase ---------------------------------------------------------------
 
-    def of_contact(self, k: int, t: float, y: Array, s: Array, tau: float, dp: Array) -> Array:
-        """Return the derivatives of the outputs of a contact's kernel along a direction."""
+    def outputs(self, k: int, t: float, y: Array) -> Touch:
+        """Return the outputs of a contact."""
+        program, (name, own) = self.scene.candidates.program(), self.scene.candidates.kernel_of(k)
+        found = at_state(program, name, t, y[: self.moved], program.constants(self.parameters))
+        return Touch(self.scene, k, found[own])
+
+    def of_contact(self, k: int, t: float, y: Array, s: Array, tau: float, dp: Array) -> Touch:
+        """Return the derivatives of the outputs of a contact along a direction."""
         name, own = self.scene.candidates.kernel_of(k)
-        return self._output(name, t, y, np.zeros(self.model.n_u), s, tau, dp)[own]
+        return Touch(self.scene, k, self._output(name, t, y, np.zeros(self.model.n_u), s, tau, dp)[own])
+
+    def touch(self, along: Direction, k: int) -> Touch:
+        """Return the derivatives of the outputs of a contact, of which those of all are known."""
+        return Touch(self.scene, k, along.touches[self.starts[k] : self.starts[k + 1]])
 
     def of_momentum(self, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         """Return the derivative of M w along a direction."""
@@ -164,48 +219,7 @@ class Slopes:
     def _output(self, name: str, t: float, y: Array, w: Array, s: Array, tau: float, dp: Array) -> Array:
         program = candidate_slopes(self.scene.candidates, self.symbols)
         given = np.concatenate([y[: self.moved], w, s, [tau], dp])
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, given, constants)
-
-    # -- outputs of contacts -----------------------------------------------------------------------
-
-    def outputs(self, k: int, t: float, y: Array) -> Array:
-        """Return the outputs of a contact's kernel."""
-        program, (name, own) = self.scene.candidates.program(), self.scene.candidates.kernel_of(k)
-        constants = program.constants(self.parameters)
-        return outputs_at(program.address(name), program.outputs(name), t, row(y[: self.moved]), constants)[
-            own
-        ]
-
-    def own(self, touches: Array, k: int) -> Array:
-        """Return the outputs of a contact among those of all."""
-        return touches[self.starts[k] : self.starts[k + 1]]
-
-    def rates_of(self, own: Array, k: int) -> Array:
-        """Return the rates among the outputs of a contact."""
-        at = self.scene.candidates.pattern.contacts[k].rates
-        return own[at : at + 1 + self.scene.tangents[k]]
-
-    def laws_of(self, own: Array, k: int) -> Array:
-        """Return μ, μ_s, e, and μ at rest among the outputs of a contact."""
-        at = self.scene.candidates.pattern.contacts[k].laws
-        return own[at : at + 4]
-
-    def given_of(self, own: Array, k: int) -> float:
-        """Return the normal force that the state gives among the outputs of a contact."""
-        return float(own[self.scene.candidates.pattern.contacts[k].laws + 4])
-
-    def adhesion_of(self, own: Array, k: int) -> float:
-        """Return the pull that a contact bears among its outputs."""
-        return float(own[self.scene.candidates.pattern.contacts[k].laws + 5])
-
-    def row_entries(self, own: Array, r: int) -> Array:
-        """Return row r of W among the outputs of its contact, in the order of the speeds."""
-        pattern, result = self.scene.candidates.pattern, np.zeros(self.model.n_u)
-        first, count, place = pattern.rows[r]
-        for i in range(count):
-            result[pattern.order[pattern.columns[first + i]]] = own[place + i]
-        return result
+        return at_state(program, name, t, given, program.constants(self.parameters))
 
 
 def slopes_code(name: str) -> loop.Function:
@@ -217,6 +231,11 @@ def slopes_code(name: str) -> loop.Function:
         return vars(projection) | vars(phase_slopes)
 
     return loop.made(_MODULES[0], _MODULES, _FUNCTIONS, named, passes="few").functions[name]
+
+
+def title(slopes: Slopes, k: int) -> str:
+    """Return how messages name a contact."""
+    return f"contact '{slopes.model.contacts[k].name}'"
 
 
 def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
@@ -237,18 +256,18 @@ def of_contact(of: Slopes, phase: Phase, quantity: OfContact, t: float, y: Array
     """
     names = [contact.name for contact in of.model.contacts]
     k, what = names.index(quantity.contact), quantity.what
-    at, own, contact = of.scene.first[k], of.own(along.touches, k), of.model.contacts[k]
+    at, touch, contact = of.scene.first[k], of.touch(along, k), of.model.contacts[k]
     is_open = phase.modes[k] == "open"
     stretched = contact.friction_across is not None and what in ("tangential", "slip")
     beyond = what in ("gap", "approach") and of.look(t, y).reach[k] < 0
     if what not in OF_CONTACTS or stretched or beyond:
         raise without_derivative(f"{quantity.contact}.{what}")
     if what == "gap":
-        return float(own[0])
+        return touch.gap
     if what == "approach":
-        return -float(of.rates_of(own, k)[0]) if is_open or contact.compliant else 0.0
+        return -float(touch.rates[0]) if is_open or contact.compliant else 0.0
     if what == "slip":
-        return float(of.rates_of(own, k)[1 + quantity.component])
+        return float(touch.rates[1 + quantity.component])
     place = at + (1 + quantity.component if what == "tangential" else 0)
     return 0.0 if is_open else float(along.forces[place])
 
@@ -260,8 +279,3 @@ def without_derivative(name: str) -> NoDerivativesError:
         f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
         f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
     )
-
-
-def row(y: Array) -> Array:
-    """Return numbers as a contiguous row."""
-    return np.ascontiguousarray(y, dtype=float)

@@ -18,8 +18,9 @@ import numpy as np
 
 from ...ending import FAILED, End
 from ...kernels import switches
+from ...kernels.program import at_states
 from ...legs.switch_slopes import SwitchingLaws, least_rate, passed
-from ...ode.dense_output import Array, Path, Rates, observe
+from ...ode.dense_output import Array, Path, Rates
 from ...ode.integration import Integration
 from ...phase.scene import Phase
 from ...trajectory.phases import Segment
@@ -50,11 +51,6 @@ class VariationalPath:
     def curved(self) -> bool:
         """False for a straight step."""
         return self.path.curved
-
-    @property
-    def rates(self) -> Rates:
-        """Right-hand side of the piece."""
-        return self.path.rates
 
     @property
     def start(self) -> float:
@@ -94,7 +90,7 @@ class VariationalPath:
         program, n = self.phase.motion(), self.slopes.moved
         constants = program.constants(self.slopes.parameters)
         own = states[:, : n + 2]
-        f = observe(program.address("rates"), program.outputs("rates"), times, own, constants)[:, :n]
+        f = at_states(program, "rates", times, own, constants)[:, :n]
         return np.hstack(
             [own, states[:, n + 2 :] - np.einsum("j,ti->tji", self.shifts, f).reshape(len(times), -1)]
         )
@@ -215,7 +211,7 @@ def _splits(slopes: Slopes, phase: Phase, own: Path) -> tuple[list[float], list[
     constants = program.constants(slopes.parameters)
     for k in slipping(slopes, phase):
         at = slopes.scene.first[k]
-        rates = observe(program.address("rate"), program.outputs("rate"), own.times, own.states, constants)
+        rates = at_states(program, "rate", own.times, own.states, constants)
         speeds = np.linalg.norm(rates[:, at + 1 : at + 3], axis=1)
         least, length = SLOW * speeds.max(), own.end - own.start
         parts = [length / 10**i for i in range(1, DECADES)]
@@ -251,11 +247,11 @@ def _shifts(
 
     k = min(contacts, key=lambda k: float(np.linalg.norm(slip(k))))
     onwards = slopes.along(phase, t, y, slopes.velocity(phase, t, y), 1.0)
-    growth = float(slip(k) @ slopes.rates_of(slopes.own(onwards.touches, k), k)[1:])
+    growth = float(slip(k) @ slopes.touch(onwards, k).rates[1:])
     if abs(growth) * length <= SLOW * float(slip(k) @ slip(k)):
         return shifts
     result = shifts.copy()
     for j, dp in enumerate(slopes.seeds):
         way = slopes.along(phase, t, y, r[j], shifts[j], dp)
-        result[j] -= float(slip(k) @ slopes.rates_of(slopes.own(way.touches, k), k)[1:]) / growth
+        result[j] -= float(slip(k) @ slopes.touch(way, k).rates[1:]) / growth
     return result
