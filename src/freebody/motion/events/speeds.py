@@ -29,6 +29,7 @@ from .moment import (
     is_smooth,
     largest,
     look,
+    presses,
     pull,
     size_of,
     slip_speed,
@@ -46,9 +47,9 @@ centre: rows there differ from those at it by its root."""
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if nothing touches, if an impact comes first, if a compliant contact presses, or a drive acts in a closed
-    loop, if there is no solution, or if a contact would close, also one at a place of a patch that has no features yet.
-    Joints bear the load of the last decision.
+    It is 0 if nothing touches, if an impact comes first, if a drive acts in a closed loop, if there is no solution, or
+    if a contact would close, also one at a place of a patch that has no features yet, or a compliant one that presses
+    would not any more. Its force is that of the depth halfway; joints bear the load of the last decision.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
     if approaches(it) != 0 or (machine.own > 0 and (machine.driven != 0 or it.moving != 0)):
@@ -56,16 +57,15 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     choose_all(it)
     if it.count == 0:
         return 0
-    for i in range(it.count):
-        if it.compliant[it.chosen[i]] != 0:
-            return 0
     copy(it.y, it.start, it.n_y)
     copy(it.gap, it.apart, it.contacts)
     copy(it.rate, it.speeds, it.rows)
     look_halfway(it, length)
     gather(it, contacts, 1, length)
-    for a in range(contacts.rows):
-        contacts.given[a] += length * it.c[it.list[a]]
+    for i in range(it.count):
+        k, at = it.chosen[i], contacts.at[i]
+        for j in range(it.compliant[k], 1 + it.tangents[k]):  # the normal of a compliant one is no unknown
+            contacts.given[at + j] += length * it.c[it.first[k] + j]
     run_by(it.finding, contacts)
     if not contacts.residual <= ACCEPTED:
         look(it)
@@ -89,19 +89,38 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     normalise(it)
     it.t = begun + length
     look(it)
-    if closes(it, it.near) != 0 or loses_places(it) != 0:
+    if closes(it, it.near) != 0 or loses_places(it) != 0 or presses_anew(it) != 0:
         it.t = begun
         copy(it.start, it.y, it.n_y)
         look(it)
         return 0
     heat = 0.0
-    for a in range(contacts.rows):
-        r = it.list[a]
-        heat -= contacts.forces[a] * (it.speeds[r] + it.rate[r]) / 2.0
+    for i in range(it.count):
+        k, at = it.chosen[i], contacts.at[i]
+        for j in range(1 + it.tangents[k]):
+            r = it.first[k] + j
+            done = contacts.forces[at + j] * (it.speeds[r] + it.rate[r]) / 2.0
+            if j < it.compliant[k]:
+                work += done
+            else:
+                heat -= done
     it.y[n_q + n] += work - heat
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def presses_anew(it: EventRun) -> int:
+    """Return 1 if a compliant contact presses that is not chosen, or does not that is, else 0."""
+    for k in range(it.contacts):
+        if it.compliant[k] != 0:
+            pressed = 0
+            for i in range(it.count):
+                pressed = 1 if it.chosen[i] == k else pressed
+            if presses(it, k) != pressed:
+                return 1
+    return 0
 
 
 @compiled
