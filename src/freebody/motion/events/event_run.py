@@ -191,7 +191,7 @@ class EventRun(Record):
     ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
                                   later, which gives it
     ``force``, ``choice``         contact forces of the decision, and 1 if shares of open forces chose its motion
-    ``active``, ``actives``       independent conditions of contacts
+    ``active``, ``actives``       independent conditions of contacts;  ``shared``: 1 for each whose forces are open
     ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
     ``taking``                    contacts whose speed is taken away
     ``reason``, ``measure``       why a mode ended, and the friction there
@@ -332,6 +332,7 @@ class EventRun(Record):
     taking: Annotated[Wholes, "contacts"]
     ends: Annotated[Wholes, "contacts"]
     ended: Annotated[Wholes, "contacts"]
+    shared: Annotated[Wholes, "contacts"]
     tied: Annotated[Wholes, "contacts"]
     let_go: Annotated[Wholes, "contacts"]
     ties: Whole

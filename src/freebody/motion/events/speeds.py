@@ -36,6 +36,7 @@ from .moment import (
 )
 from .problem import gather
 from .setting import leaves_rest, normalise
+from .shares import find_shared
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
 NEAR = 1e-6
@@ -303,17 +304,20 @@ def end_of_phase(it: EventRun) -> float:
 
 
 @compiled
-def watch_cones(it: EventRun) -> None:
+def watch_cones(it: EventRun, contacts: Contacts) -> None:
     """Watch the cones of a phase at rest by open forces if its shares are well within them.
 
-    Else leave it to the next step of the speeds whether forces that are open can hold the contacts.
+    Else watch those of forces that are not open, and leave it to the next step of the speeds whether open ones can hold
+    the contacts.
     """
     if beyond_cones(it, event_run.CLOSE, 0) == 0:
         it.holding = 0
         return
     phase = PhaseData(it.phase)
+    find_shared(it, contacts)
     for i in range(phase.endings):
-        if is_cone(phase.law[i], 0):
+        known = it.shared[it.ending[i]] == 0 and it.watch[it.events + i] > 0.0
+        if is_cone(phase.law[i], 0) and not known:
             phase.law[i] = laws.NEVER
 
 
