@@ -15,7 +15,7 @@ from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import copy, is_smooth, largest, look, slip_speed
+from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import begins_slip, find_dead, set_up
 
 SAME = 1e-8
@@ -221,6 +221,19 @@ def share(it: EventRun, contacts: Contacts) -> int:
         if it.adhering[it.chosen[i]] != 0:
             contacts.forces[contacts.at[i]] += it.adhesion[it.chosen[i]]
     return 1
+
+
+@compiled
+def leave_pulling(it: EventRun, contacts: Contacts) -> None:
+    """Open contacts of a rest by open forces whose shares would pull, if the others hold them in place."""
+    set_up(it, contacts)
+    opens = 1
+    while opens != 0 and it.spare_count > 0 and has_forces(it, contacts) != 0:
+        copy_wholes(it.mode, it.before, it.contacts)
+        opens = opens_pulling(it, contacts)
+        if opens == 0:
+            copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
 
 
 @compiled

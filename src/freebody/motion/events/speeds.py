@@ -36,7 +36,7 @@ from .moment import (
 )
 from .problem import gather
 from .setting import leaves_rest, normalise
-from .shares import find_shared
+from .shares import find_shared, leave_pulling
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
 NEAR = 1e-6
@@ -192,6 +192,7 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
+        leave_pulling(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
     return 0
