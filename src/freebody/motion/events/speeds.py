@@ -228,7 +228,25 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
             found += 1 if rests else 0
-    return 1 if found > 1 else 0
+    return 1 if found > 1 and begin_at_limits(it, contacts) != 0 else 0
+
+
+@compiled
+def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
+    """Let contacts at rest slip that are at their limits by forces that are not open; return 0 if one has no direction.
+
+    A slip that begins is too slow for a step of 0.1 µs to tell it from rest.
+    """
+    find_shared(it, contacts)
+    for i in range(it.count):
+        k, at, n = it.chosen[i], contacts.at[i], contacts.tangents[i]
+        if it.mode[k] == laws.STICK and it.shared[k] == 0:
+            limit = contacts.static[i] * contacts.forces[at]
+            if limit > 0.0 and limit - size_of(contacts.forces[at + 1 :], n) <= ACCEPTED * limit:
+                if n > 1:
+                    return 0
+                it.mode[k] = laws.SLIDE_BACK if contacts.forces[at + 1] > 0.0 else laws.SLIDE_ON
+    return 1
 
 
 @compiled
