@@ -29,7 +29,10 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
     if count < 0:
         return 0
     for k in range(it.contacts):
-        rough, normal = it.mode[k] == laws.SLIDE and not is_smooth(it, k), it.presser[k] if it.presser[k] >= 0 else k
+        rough, normal = (
+            it.mode[k] == laws.SLIDE and not is_smooth(it, k),
+            it.presser[k] if it.presser[k] >= 0 else k,
+        )
         if rough and it.tangents[k] == 2 and it.held[normal] == 0:
             noise = event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
             unsure = greater(unsure, noise / slip_speed(it, k))
@@ -138,7 +141,10 @@ def find_shared(it: EventRun, contacts: Contacts) -> None:
 
 @compiled
 def eliminated(it: EventRun, contacts: Contacts, count: int) -> int:
-    """Write S of the listed forces and eliminate in it with the largest pivots; ``order`` becomes the columns in their order. Return the rank."""
+    """Write S of the listed forces and eliminate in it with the largest pivots; return the rank.
+
+    ``order`` becomes the columns in their order.
+    """
     S, order = contacts.chosen, contacts.order
     for a in range(count):
         order[a] = a

@@ -351,7 +351,8 @@ def slow_slips(it: EventRun) -> int:
     """Return the number of slips in space of closed contacts below `SLOW`."""
     found = 0
     for k in range(it.contacts):
-        if it.closed[k] != 0 and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
+        touches = it.closed[k] != 0 or (it.compliant[k] != 0 and presses(it, k) != 0)
+        if touches and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
             found += 1
     return found
 
