@@ -16,7 +16,7 @@ JAMS = {("quadruped", 2)}
 OPEN = {
     ("cart", 22),  # a wheel falls flat within the first straight step of a slip: a ledger of 1.3 %
     ("pendulums", 13), ("pendulums", 26), ("gripper", 14),  # rests of open forces whose shares lie outside their cones
-    ("gripper", 18), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
+    ("gripper", 18), ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
     ("quadruped", 1),  # feet that creep at 1e-9 m/s, in steps of the speeds of 1 µs
     ("quadruped", 6),  # four feet that rest or slide near Painlevé's limit: a motion exists, and is not found
     ("quadruped", 10),  # feet that pull for 1e-11 s, where all joints turn back near a jam
