@@ -4,6 +4,9 @@ With r = f(P) - P, each turn takes P + H r. H begins as 1, so that the first tur
 corrected by what a step s has changed: H y = -s, y = the change of r. Where f is affine it ends after 2 n turns at most
 (D. M. Gay, SIAM J. Numer. Anal. 16 (1979) 623), however great its slopes are.
 
+No P is below zero, and no f(P). Where a step would lead there although f(P) > P, f grows faster than P: what agrees, if
+anything, lies above, and P takes f(P).
+
 Source: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Math. Comp. 19 (1965) 577.
 """
 
@@ -40,7 +43,9 @@ def take(memory: Reals, n: int) -> None:
         step = 0.0
         for j in range(n):
             step += H[i * n + j] * r[j]
-        s[i], last[i] = greater(step, -P[i]), r[i]
+        if step < -P[i]:
+            step = greater(r[i], -P[i])
+        s[i], last[i] = step, r[i]
         P[i] += s[i]
 
 

@@ -20,7 +20,7 @@ from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impacts.borne_loads import borne, set_loads
-from .moment import largest, pull, size_of
+from .moment import copy_wholes, largest, pull, size_of
 from .problem import gather, is_unloaded
 from .setting import depends, listed
 from .shares import share
@@ -56,9 +56,13 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     while why == 0 and it.ties > 0 and turn < 2 * it.contacts:
         if it.ready == 0:
             return event_run.ASK_KERNELS
+        copy_wholes(it.ends, it.ended, it.contacts)
         if end_at_once(it, contacts) == 0:
             return 0
         why, turn = parted_modes(it, contacts), turn + 1
+        if why != 0:  # nothing follows from their end: they go on
+            copy_wholes(it.ended, it.ends, it.contacts)
+            return parted_modes(it, contacts)
     return why
 
 

@@ -234,7 +234,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         return event_run.OPEN_FORCES
     longest, end = event_run.LONGEST, it.target
     if it.holding == event_run.AT_REST:
-        watch_cones(it)
+        watch_cones(it, contacts)
     if it.resting != 0:
         end = end_of_phase(it)
         clear_reasons(it, event_run.NO_REASON)

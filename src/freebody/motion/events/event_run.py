@@ -187,11 +187,11 @@ class EventRun(Record):
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
     ``let_go``                    contacts that have begun to slip under loads of the search for those that agree
     ``tied``, ``ties``            contacts of which a law holds with equality, and their number
-    ``ends``                      which of these laws ends: a reason
+    ``ends``                      which of these laws ends: a reason;  ``ended``: before the last of them was found
     ``way``                       direction of a slip that begins;  ``later``: friction of an unloaded joint a moment
                                   later, which gives it
     ``force``, ``choice``         contact forces of the decision, and 1 if shares of open forces chose its motion
-    ``active``, ``actives``       independent conditions of contacts
+    ``active``, ``actives``       independent conditions of contacts;  ``shared``: 1 for each whose forces are open
     ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
     ``taking``                    contacts whose speed is taken away
     ``reason``, ``measure``       why a mode ended, and the friction there
@@ -331,6 +331,8 @@ class EventRun(Record):
     dead: Annotated[Wholes, "contacts"]
     taking: Annotated[Wholes, "contacts"]
     ends: Annotated[Wholes, "contacts"]
+    ended: Annotated[Wholes, "contacts"]
+    shared: Annotated[Wholes, "contacts"]
     tied: Annotated[Wholes, "contacts"]
     let_go: Annotated[Wholes, "contacts"]
     ties: Whole

@@ -15,7 +15,7 @@ from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import copy, is_smooth, largest, look, slip_speed
+from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import begins_slip, find_dead, set_up
 
 SAME = 1e-8
@@ -25,14 +25,31 @@ SAME = 1e-8
 @compiled
 def forces_decide(it: EventRun, contacts: Contacts) -> int:
     """Return 1 if the shares of indeterminate forces decide the motion in the present modes, else 0."""
-    count, unsure, normal = 0, SAME, -1
+    count, unsure = list_rays(it), SAME
+    if count < 0:
+        return 0
+    for k in range(it.contacts):
+        rough, normal = (
+            it.mode[k] == laws.SLIDE and not is_smooth(it, k),
+            it.presser[k] if it.presser[k] >= 0 else k,
+        )
+        if rough and it.tangents[k] == 2 and it.held[normal] == 0:
+            noise = event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
+            unsure = greater(unsure, noise / slip_speed(it, k))
+    return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
+
+
+@compiled
+def list_rays(it: EventRun) -> int:
+    """List the unknown forces of the present modes; return their number, or -1 if a slip has no direction yet."""
+    count, normal = 0, -1
     for k in range(it.contacts):
         n, mode, at = it.tangents[k], it.mode[k], it.first[k]
-        rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
+        rough = n > 0 and not is_smooth(it, k)
         if mode == laws.OPEN:
             continue
-        if mode != laws.STICK and rough and speed <= it.still:
-            return 0  # no direction yet
+        if mode != laws.STICK and rough and slip_speed(it, k) <= it.still:
+            return -1
         if it.presser[k] < 0:  # resistance to rolling and spinning follows its contact
             normal = -1 if it.held[k] != 0 else count
         if it.held[k] == 0:
@@ -42,9 +59,7 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
                 count = add_row(it, count, at + 1 + j, 0.0)
         elif rough and normal >= 0:
             add_ray(it, normal, k)
-            if n == 2:
-                unsure = greater(unsure, event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
-    return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
+    return count
 
 
 @compiled
@@ -77,11 +92,8 @@ def impulses_decide(it: EventRun, contacts: Contacts) -> int:
 @compiled
 def moved_by_shares(it: EventRun, contacts: Contacts, count: int) -> float:
     """Return the greatest motion by indeterminate forces of size 1, relative to the greatest by any force of size 1."""
-    S, z, worst, unit = contacts.chosen, contacts.left, 0.0, 0.0
-    for a in range(count):
-        for b in range(count):
-            S[a * count + b] = ray_product(it, a, b)
-    rank = eliminated(contacts, count)
+    z, worst, unit = contacts.left, 0.0, 0.0
+    rank = eliminated(it, contacts, count)
     if rank == count:
         return 0.0
     for b in range(count):
@@ -91,25 +103,54 @@ def moved_by_shares(it: EventRun, contacts: Contacts, count: int) -> float:
         unit = greater(unit, motion_of(it, z, count))
         z[b] = 0.0
     for free in range(rank, count):
-        for b in range(count):
-            z[b] = 0.0
-        z[contacts.order[free]], size = 1.0, 1.0
-        for p in range(rank - 1, -1, -1):
-            x = -S[p * count + contacts.order[free]]
-            for q in range(p + 1, rank):
-                x -= S[p * count + contacts.order[q]] * z[contacts.order[q]]
-            z[contacts.order[p]] = x / S[p * count + contacts.order[p]]
-            size = greater(size, abs(z[contacts.order[p]]))
+        size = combine(contacts, rank, free, count)
         worst = greater(worst, motion_of(it, z, count) / size)
     return worst / unit if unit > 0.0 else 0.0
 
 
 @compiled
-def eliminated(contacts: Contacts, count: int) -> int:
-    """Eliminate in S with the largest pivots; ``order`` becomes the columns in their order. Return the rank."""
-    S, order, most = contacts.chosen, contacts.order, largest(contacts.chosen, count * count)
+def combine(contacts: Contacts, rank: int, free: int, count: int) -> float:
+    """Set ``left`` to the combination of forces without effect that has one that is not a pivot; return its size."""
+    S, z, order, size = contacts.chosen, contacts.left, contacts.order, 1.0
+    for b in range(count):
+        z[b] = 0.0
+    z[order[free]] = 1.0
+    for p in range(rank - 1, -1, -1):
+        x = -S[p * count + order[free]]
+        for q in range(p + 1, rank):
+            x -= S[p * count + order[q]] * z[order[q]]
+        z[order[p]] = x / S[p * count + order[p]]
+        size = greater(size, abs(z[order[p]]))
+    return size
+
+
+@compiled
+def find_shared(it: EventRun, contacts: Contacts) -> None:
+    """Find the contacts whose forces the motion leaves open in the present modes, `shared`."""
+    count, z = list_rays(it), contacts.left
+    for k in range(it.contacts):
+        it.shared[k] = 1 if count < 0 else 0
+    rank = eliminated(it, contacts, count) if count > 0 else count
+    for free in range(rank, count):
+        size = combine(contacts, rank, free, count)
+        for b in range(count):
+            for k in range(it.contacts):
+                if it.first[k] <= it.list[b] <= it.first[k] + it.tangents[k] and abs(z[b]) > SAME * size:
+                    it.shared[k] = 1
+
+
+@compiled
+def eliminated(it: EventRun, contacts: Contacts, count: int) -> int:
+    """Write S of the listed forces and eliminate in it with the largest pivots; return the rank.
+
+    ``order`` becomes the columns in their order.
+    """
+    S, order = contacts.chosen, contacts.order
     for a in range(count):
         order[a] = a
+        for b in range(count):
+            S[a * count + b] = ray_product(it, a, b)
+    most = largest(S, count * count)
     for p in range(count):
         row, column = p, p
         for a in range(p, count):
@@ -186,6 +227,19 @@ def share(it: EventRun, contacts: Contacts) -> int:
         if it.adhering[it.chosen[i]] != 0:
             contacts.forces[contacts.at[i]] += it.adhesion[it.chosen[i]]
     return 1
+
+
+@compiled
+def leave_pulling(it: EventRun, contacts: Contacts) -> None:
+    """Open contacts of a rest by open forces whose shares would pull, if the others hold them in place."""
+    set_up(it, contacts)
+    opens = 1
+    while opens != 0 and it.spare_count > 0 and has_forces(it, contacts) != 0:
+        copy_wholes(it.mode, it.before, it.contacts)
+        opens = opens_pulling(it, contacts)
+        if opens == 0:
+            copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
 
 
 @compiled

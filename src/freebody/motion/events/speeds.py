@@ -29,12 +29,14 @@ from .moment import (
     is_smooth,
     largest,
     look,
+    presses,
     pull,
     size_of,
     slip_speed,
 )
 from .problem import gather
 from .setting import leaves_rest, normalise
+from .shares import find_shared, leave_pulling
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
 NEAR = 1e-6
@@ -46,9 +48,9 @@ centre: rows there differ from those at it by its root."""
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     """Pass a step of this length; return 1 if the state has changed, or 0.
 
-    It is 0 if nothing touches, if an impact comes first, if a compliant contact presses, or a drive acts in a closed
-    loop, if there is no solution, or if a contact would close, also one at a place of a patch that has no features yet.
-    Joints bear the load of the last decision.
+    It is 0 if nothing touches, if an impact comes first, if a drive acts in a closed loop, if there is no solution, or
+    if a contact would close, also one at a place of a patch that has no features yet, or a compliant one that presses
+    would not any more. Its force is that of the depth halfway; joints bear the load of the last decision.
     """
     n_q, n, begun, machine = it.n_q, it.n, it.t, PhaseData(it.looking)
     if approaches(it) != 0 or (machine.own > 0 and (machine.driven != 0 or it.moving != 0)):
@@ -56,16 +58,15 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     choose_all(it)
     if it.count == 0:
         return 0
-    for i in range(it.count):
-        if it.compliant[it.chosen[i]] != 0:
-            return 0
     copy(it.y, it.start, it.n_y)
     copy(it.gap, it.apart, it.contacts)
     copy(it.rate, it.speeds, it.rows)
     look_halfway(it, length)
     gather(it, contacts, 1, length)
-    for a in range(contacts.rows):
-        contacts.given[a] += length * it.c[it.list[a]]
+    for i in range(it.count):
+        k, at = it.chosen[i], contacts.at[i]
+        for j in range(it.compliant[k], 1 + it.tangents[k]):  # the normal of a compliant one is no unknown
+            contacts.given[at + j] += length * it.c[it.first[k] + j]
     run_by(it.finding, contacts)
     if not contacts.residual <= ACCEPTED:
         look(it)
@@ -89,19 +90,38 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     normalise(it)
     it.t = begun + length
     look(it)
-    if closes(it, it.near) != 0 or loses_places(it) != 0:
+    if closes(it, it.near) != 0 or loses_places(it) != 0 or presses_anew(it) != 0:
         it.t = begun
         copy(it.start, it.y, it.n_y)
         look(it)
         return 0
     heat = 0.0
-    for a in range(contacts.rows):
-        r = it.list[a]
-        heat -= contacts.forces[a] * (it.speeds[r] + it.rate[r]) / 2.0
+    for i in range(it.count):
+        k, at = it.chosen[i], contacts.at[i]
+        for j in range(1 + it.tangents[k]):
+            r = it.first[k] + j
+            done = contacts.forces[at + j] * (it.speeds[r] + it.rate[r]) / 2.0
+            if j < it.compliant[k]:
+                work += done
+            else:
+                heat -= done
     it.y[n_q + n] += work - heat
     it.y[n_q + n + 1] += heat
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def presses_anew(it: EventRun) -> int:
+    """Return 1 if a compliant contact presses that is not chosen, or does not that is, else 0."""
+    for k in range(it.contacts):
+        if it.compliant[k] != 0:
+            pressed = 0
+            for i in range(it.count):
+                pressed = 1 if it.chosen[i] == k else pressed
+            if presses(it, k) != pressed:
+                return 1
+    return 0
 
 
 @compiled
@@ -172,6 +192,7 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
+        leave_pulling(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
     return 0
@@ -207,7 +228,25 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
             found += 1 if rests else 0
-    return 1 if found > 1 else 0
+    return 1 if found > 1 and begin_at_limits(it, contacts) != 0 else 0
+
+
+@compiled
+def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
+    """Let contacts at rest slip that are at their limits by forces that are not open; return 0 if one has no direction.
+
+    A slip that begins is too slow for a step of 0.1 µs to tell it from rest.
+    """
+    find_shared(it, contacts)
+    for i in range(it.count):
+        k, at, n = it.chosen[i], contacts.at[i], contacts.tangents[i]
+        if it.mode[k] == laws.STICK and it.shared[k] == 0:
+            limit = contacts.static[i] * contacts.forces[at]
+            if limit > 0.0 and limit - size_of(contacts.forces[at + 1 :], n) <= ACCEPTED * limit:
+                if n > 1:
+                    return 0
+                it.mode[k] = laws.SLIDE_BACK if contacts.forces[at + 1] > 0.0 else laws.SLIDE_ON
+    return 1
 
 
 @compiled
@@ -284,17 +323,20 @@ def end_of_phase(it: EventRun) -> float:
 
 
 @compiled
-def watch_cones(it: EventRun) -> None:
+def watch_cones(it: EventRun, contacts: Contacts) -> None:
     """Watch the cones of a phase at rest by open forces if its shares are well within them.
 
-    Else leave it to the next step of the speeds whether forces that are open can hold the contacts.
+    Else watch those of forces that are not open, and leave it to the next step of the speeds whether open ones can hold
+    the contacts.
     """
     if beyond_cones(it, event_run.CLOSE, 0) == 0:
         it.holding = 0
         return
     phase = PhaseData(it.phase)
+    find_shared(it, contacts)
     for i in range(phase.endings):
-        if is_cone(phase.law[i], 0):
+        known = it.shared[it.ending[i]] == 0 and it.watch[it.events + i] > 0.0
+        if is_cone(phase.law[i], 0) and not known:
             phase.law[i] = laws.NEVER
 
 
@@ -309,7 +351,8 @@ def slow_slips(it: EventRun) -> int:
     """Return the number of slips in space of closed contacts below `SLOW`."""
     found = 0
     for k in range(it.contacts):
-        if it.closed[k] != 0 and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
+        touches = it.closed[k] != 0 or (it.compliant[k] != 0 and presses(it, k) != 0)
+        if touches and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
             found += 1
     return found
 

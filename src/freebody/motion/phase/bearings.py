@@ -23,7 +23,10 @@ TURNS, PASSES = 50, 2000
 """Steps of Newton's method, and passes after which loads are not found: those that shrink by less than a fiftieth each.
 """
 SAME, NEARLY = 4.0 * EPS, 1e-9
-"""Changes of a load, relative to the greatest, that are round-off: at once, and if they do not shrink any more."""
+"""Changes of a load, relative to the greatest, that are round-off: at once, and if they do not shrink any more.
+
+The second holds also relative to the parts of loads that cancel.
+"""
 
 
 @compiled
@@ -48,6 +51,8 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
         return 0
     for _ in range(PASSES):
         if change <= SAME or NEARLY >= change >= last:
+            return 1
+        if change >= last and is_round_off(t, phase, change) != 0:
             return 1
         last = change
         newton(phase)
@@ -103,6 +108,26 @@ def missed(phase: PhaseData) -> float:
         change, most = greater(change, abs(load - phase.loads[j])), greater(most, load)
         force_of(phase, phase.loaded[j])[0] = load
     return change / most if most > 0.0 else 0.0
+
+
+@compiled
+def is_round_off(t: float, phase: PhaseData, change: float) -> int:
+    """Return 1 if loads that differ by this part of the greatest one are the round-off of their parts, else 0.
+
+    Reactions that cancel, as in a joint of two bodies of which each lies on the floor, have that of their parts: what
+    they are without accelerations and contact forces.
+    """
+    most, part = 0.0, 0.0
+    for j in range(phase.loaded_count):
+        most = greater(most, load_of(phase.at_loads, j))
+    for i in range(phase.n + phase.rows + phase.all_own):
+        phase.state[phase.n_q + phase.n + i] = 0.0
+    phase.bearings(t, phase.state, phase.bearings_c, phase.at_loads)
+    for j in range(phase.loaded_count):
+        part = greater(part, load_of(phase.at_loads, j))
+    loaded(t, phase)
+    missed(phase)
+    return 1 if change * most <= NEARLY * part else 0
 
 
 @compiled

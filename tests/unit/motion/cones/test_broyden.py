@@ -35,5 +35,10 @@ def test_a_slope_below_minus_one_that_ends_at_zero():
     assert turns < 20 and abs(result[0] - 0.5) < 1e-14
 
 
+def test_a_slope_above_one_that_ends_leads_upwards():
+    result, turns = found(lambda x: np.minimum(1 + 1.5 * x, 40), 1)
+    assert turns < 20 and abs(result[0] - 40) < 1e-12
+
+
 def test_what_falls_from_above_itself_to_below_has_none():
     assert found(lambda x: np.where(x < 1, 2.0, 0.0), 1)[1] == TURNS

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from ....native.instructions import compiled, greater, run_by
 from ...cones.broyden import TURNS, begin, missed, take
+from ...cones.collision import HALVINGS
 from ...cones.contacts import ACCEPTED, Contacts
 from ...phase.bearings import SAME, load_of
 from ...phase.phase_record import PhaseData
@@ -33,7 +34,27 @@ def append_loaded(it: EventRun) -> None:
 
 @compiled
 def collided_under_loads(it: EventRun, contacts: Contacts) -> int:
-    """Let the chosen contacts collide at once, with loads that agree with their impulses; return why not, or 0."""
+    """Let the chosen contacts collide at once, with loads that agree with their impulses; return why not, or 0.
+
+    Where none agree the restitution is halved, at last to zero, as where there are no impulses: a rebound that friction
+    of a joint would have to be forced through has loads that grow with it.
+    """
+    why, part = agreed_impulses(it, contacts), 1.0
+    for turn in range(HALVINGS):
+        if why == 0:
+            return 0
+        half = 0.0 if turn == HALVINGS - 1 else 0.5
+        for i in range(it.count):
+            contacts.restitution[i] *= half
+        part *= half
+        why = agreed_impulses(it, contacts)
+        contacts.part *= part
+    return why
+
+
+@compiled
+def agreed_impulses(it: EventRun, contacts: Contacts) -> int:
+    """Set impulses with loads that agree with them; return why there are none, or 0."""
     last, turns, count = 1.0, 2 if contacts.poisson != 0 else 1, it.loads
     for i in range(it.count):
         contacts.least[i] = contacts.back[i] = 0.0
@@ -43,7 +64,8 @@ def collided_under_loads(it: EventRun, contacts: Contacts) -> int:
         if not contacts.residual <= ACCEPTED:
             return event_run.NO_IMPULSES
         change = bear(it, contacts, turns)
-        if change <= SAME or NEAR >= change >= last:
+        near = change <= NEAR or felt(it, contacts, turns) <= ACCEPTED
+        if change <= SAME or (near and change >= last):
             return 0
         last = change
         take(it.bounds, turns * count)
@@ -70,6 +92,24 @@ def bear(it: EventRun, contacts: Contacts, turns: int) -> float:
             most = greater(most, greater(load, part * largest(contacts.forces, contacts.rows)))
             change = greater(change, missed(it.bounds, turns * it.loads, turn * it.loads + j, load))
     return change / most if most > 0.0 else 0.0
+
+
+@compiled
+def felt(it: EventRun, contacts: Contacts, turns: int) -> float:
+    """Return the greatest speed that friction gives a joint by what its load misses, relative to the greatest speed.
+
+    Impulses of slow approaches beside fast slips have the round-off of these, and their loads with them.
+    """
+    n, j, result = turns * it.loads, 0, 0.0
+    fastest = greater(largest(contacts.given, contacts.rows), largest(contacts.after, contacts.rows))
+    for i in range(it.count):
+        if it.loaded[it.chosen[i]] != 0:
+            missing, r = 0.0, contacts.at[i] + contacts.tangents[i]
+            for turn in range(turns):
+                missing = greater(missing, abs(it.bounds[n + turn * it.loads + j]))
+            result = greater(result, contacts.friction[i] * missing * contacts.A[r * contacts.rows + r])
+            j += 1
+    return result / fastest if fastest > 0.0 else 0.0
 
 
 @compiled
