@@ -50,24 +50,6 @@ def block_add(y: Reals, x: float, c: Reals, n: int) -> None:
 
 
 @inlined
-def block_add_three(y: Reals, x: Reals, at: int, c: Reals, step: int, n: int) -> None:
-    """Add x c of three rows to y over the speeds of a block; x[at] and c stand ``step`` apart from row to row."""
-    p, q, r = x[at], x[at + step], x[at + 2 * step]
-    d, e = c[step:], c[2 * step :]
-    if n == BODY:
-        y[0], y[1], y[2], y[3] = (
-            y[0] + p * c[0] + q * d[0] + r * e[0],
-            y[1] + p * c[1] + q * d[1] + r * e[1],
-            y[2] + p * c[2] + q * d[2] + r * e[2],
-            y[3] + p * c[3] + q * d[3] + r * e[3],
-        )
-        y[4], y[5] = y[4] + p * c[4] + q * d[4] + r * e[4], y[5] + p * c[5] + q * d[5] + r * e[5]
-    else:
-        for i in range(n):
-            y[i] += p * c[i] + q * d[i] + r * e[i]
-
-
-@inlined
 def product(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
     """Return W_r v; `along` where a call costs little beside the rest."""
     total, k = 0.0, blocks.at[r]
