@@ -82,6 +82,46 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
 
 @hot
 @compiled
+def along_three(blocks: Blocks, r: int, W: Reals, v: Reals, result: Reals) -> None:
+    """Set ``result`` to W v of the three rows of a contact from r on, which cover the same blocks."""
+    k, a, b, c = blocks.at[r], 0.0, 0.0, 0.0
+    step = blocks.at[r + 1] - k
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        first = blocks.starts[blocks.pieces[p]]
+        n = blocks.starts[blocks.pieces[p] + 1] - first
+        a += block_product(W[k:], v[first:], n)
+        b += block_product(W[k + step :], v[first:], n)
+        c += block_product(W[k + 2 * step :], v[first:], n)
+        k += n
+    result[0], result[1], result[2] = a, b, c
+
+
+@hot
+@compiled
+def add_three(blocks: Blocks, r: int, X: Reals, x: Reals, v: Reals) -> None:
+    """Add X x of the three rows of a contact from r on to v."""
+    k, a, b, c = blocks.at[r], x[0], x[1], x[2]
+    step = blocks.at[r + 1] - k
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        first = blocks.starts[blocks.pieces[p]]
+        n = blocks.starts[blocks.pieces[p] + 1] - first
+        y, d, e, f = v[first:], X[k:], X[k + step :], X[k + 2 * step :]
+        if n == BODY:
+            y[0], y[1], y[2], y[3] = (
+                y[0] + a * d[0] + b * e[0] + c * f[0],
+                y[1] + a * d[1] + b * e[1] + c * f[1],
+                y[2] + a * d[2] + b * e[2] + c * f[2],
+                y[3] + a * d[3] + b * e[3] + c * f[3],
+            )
+            y[4], y[5] = y[4] + a * d[4] + b * e[4] + c * f[4], y[5] + a * d[5] + b * e[5] + c * f[5]
+        else:
+            for i in range(n):
+                y[i] += a * d[i] + b * e[i] + c * f[i]
+        k += n
+
+
+@hot
+@compiled
 def wipe(blocks: Blocks, r: int, v: Reals) -> None:
     """Set the speeds of the blocks of row r to zero."""
     for p in range(blocks.first[r], blocks.first[r + 1]):

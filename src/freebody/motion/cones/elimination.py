@@ -6,7 +6,8 @@ import math
 
 from ...native.instructions import Integers, Reals, compiled, hot, inlined
 from .block_rows import BODY, block_add, block_product, dot
-from .contact_problem import NORMAL, SECOND, Blocks, ContactProblem, Newton
+from .cone import joined
+from .contact_problem import Blocks, ContactProblem, Newton
 
 
 @compiled
@@ -176,11 +177,7 @@ def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
             row[k] = 1.0
     a = 0
     while a < problem.count:
-        size = (
-            3
-            if a + 2 < problem.count and problem.kinds[a] == NORMAL and problem.kinds[a + 2] == SECOND
-            else 1
-        )
+        size = joined(problem, a)
         spread(problem, a, size, G, J)
         a += size
 
