@@ -8,7 +8,7 @@ stored differences are discarded. The result is always the outcome of a sweep, s
 accepted when every law holds to the tolerance (`cone.residual`).
 
 The rows are normal or tangent ones, with W M Wᵀ = A symmetric, and normal impulses act from zero on, or from ``low``
-below zero where there is no friction.
+where there is no friction.
 
 Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
 Dynamical Systems (2008), chapter 13; D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -98,7 +98,7 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
         if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL and problem.between[a + 1] == 0:
             size = 2 if problem.kinds[a + 1] == LINE else 3
         speeds[0] = rate(problem, a)
-        if problem.low[a] < 0.0:  # it may pull, too, and has no tangents
+        if size == 1 and problem.low[a] != 0.0:  # it may pull, too, or takes back a pull
             pull = greater(problem.low[a], x[a] - speeds[0] / A[a, 0]) if A[a, 0] > 0.0 else 0.0
             worst = greater(worst, moved(problem, a, pull))
             a += 1
