@@ -289,6 +289,23 @@ def twenty_bricks(speed):
     return s, start
 
 
+def test_three_hundred_spheres_fall_into_a_pile():
+    """A pull that was taken back in the same correction was no least push of sweeps: the run was refused at 0.24 s."""
+    s, start, rng = fb.System("pile"), {}, np.random.default_rng(1)
+    s.gravity = (0, 0, -9.81)
+    shapes = [s.ground.plane(normal="z")]
+    for i in range(300):
+        body = s.body(f"b{i}", fb.sphere(1, 0.05))
+        s.free(f"f{i}", s.ground, body)
+        shapes.append(body.sphere(0.05))
+    places = 0.11 * np.array([(i % 6 - 2.5, i // 6 % 6 - 2.5, i // 36) for i in range(300)])
+    places += [0, 0, 0.0525] + rng.uniform(-0.1, 0.1, (300, 3)) * [0.05, 0.05, 0]
+    start = {f"f{i}_{c}": x for i, place in enumerate(places) for c, x in zip("xyz", place, strict=True)}
+    s.contacts("pile", shapes, friction=0.5)
+    motion = fb.simulate(s, 0.25, initial=start, method="timestepping", step=H)
+    assert motion.residual <= 1e-8 and motion.depth <= 1e-10
+
+
 def test_the_hit_of_a_wall_of_bricks_is_solved_in_few_sweeps():
     s, start = twenty_bricks(4.9)
     motion = fb.simulate(s, 0.12, initial=start, method="timestepping", step=2e-3)

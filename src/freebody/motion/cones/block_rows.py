@@ -50,24 +50,6 @@ def block_add(y: Reals, x: float, c: Reals, n: int) -> None:
 
 
 @inlined
-def block_add_three(y: Reals, x: Reals, at: int, c: Reals, step: int, n: int) -> None:
-    """Add x c of three rows to y over the speeds of a block; x[at] and c stand ``step`` apart from row to row."""
-    p, q, r = x[at], x[at + step], x[at + 2 * step]
-    d, e = c[step:], c[2 * step :]
-    if n == BODY:
-        y[0], y[1], y[2], y[3] = (
-            y[0] + p * c[0] + q * d[0] + r * e[0],
-            y[1] + p * c[1] + q * d[1] + r * e[1],
-            y[2] + p * c[2] + q * d[2] + r * e[2],
-            y[3] + p * c[3] + q * d[3] + r * e[3],
-        )
-        y[4], y[5] = y[4] + p * c[4] + q * d[4] + r * e[4], y[5] + p * c[5] + q * d[5] + r * e[5]
-    else:
-        for i in range(n):
-            y[i] += p * c[i] + q * d[i] + r * e[i]
-
-
-@inlined
 def product(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
     """Return W_r v; `along` where a call costs little beside the rest."""
     total, k = 0.0, blocks.at[r]
@@ -95,6 +77,46 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
         b = blocks.pieces[p]
         n = blocks.starts[b + 1] - blocks.starts[b]
         block_add(v[blocks.starts[b] :], x, X[k:], n)
+        k += n
+
+
+@hot
+@compiled
+def along_three(blocks: Blocks, r: int, W: Reals, v: Reals, result: Reals) -> None:
+    """Set ``result`` to W v of the three rows of a contact from r on, which cover the same blocks."""
+    k, a, b, c = blocks.at[r], 0.0, 0.0, 0.0
+    step = blocks.at[r + 1] - k
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        first = blocks.starts[blocks.pieces[p]]
+        n = blocks.starts[blocks.pieces[p] + 1] - first
+        a += block_product(W[k:], v[first:], n)
+        b += block_product(W[k + step :], v[first:], n)
+        c += block_product(W[k + 2 * step :], v[first:], n)
+        k += n
+    result[0], result[1], result[2] = a, b, c
+
+
+@hot
+@compiled
+def add_three(blocks: Blocks, r: int, X: Reals, x: Reals, v: Reals) -> None:
+    """Add X x of the three rows of a contact from r on to v."""
+    k, a, b, c = blocks.at[r], x[0], x[1], x[2]
+    step = blocks.at[r + 1] - k
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        first = blocks.starts[blocks.pieces[p]]
+        n = blocks.starts[blocks.pieces[p] + 1] - first
+        y, d, e, f = v[first:], X[k:], X[k + step :], X[k + 2 * step :]
+        if n == BODY:
+            y[0], y[1], y[2], y[3] = (
+                y[0] + a * d[0] + b * e[0] + c * f[0],
+                y[1] + a * d[1] + b * e[1] + c * f[1],
+                y[2] + a * d[2] + b * e[2] + c * f[2],
+                y[3] + a * d[3] + b * e[3] + c * f[3],
+            )
+            y[4], y[5] = y[4] + a * d[4] + b * e[4] + c * f[4], y[5] + a * d[5] + b * e[5] + c * f[5]
+        else:
+            for i in range(n):
+                y[i] += a * d[i] + b * e[i] + c * f[i]
         k += n
 
 

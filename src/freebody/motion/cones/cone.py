@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
-from .block_rows import add, product
-from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
+from .block_rows import add, add_three, along_three, product
+from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND, ContactProblem
 
 
 @inlined
@@ -53,6 +53,12 @@ def bend(y_1: float, y_2: float, limit: float) -> tuple[float, float, float]:
 def bound(problem: ContactProblem, a: int) -> int:
     """Return the normal row that bounds a tangent."""
     return a - 1 - problem.between[a]
+
+
+@inlined
+def joined(problem: ContactProblem, a: int) -> int:
+    """Return the number of rows from row ``a`` on that are taken together: a normal with two tangents, or one."""
+    return 3 if a + 2 < problem.count and problem.kinds[a + 2] == SECOND and problem.kinds[a] == NORMAL else 1
 
 
 @compiled
@@ -104,15 +110,40 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
                 )
 
 
-@hot
 @compiled
 def add_all(problem: ContactProblem) -> None:
     """Set v to Σ X x."""
+    combine(problem, problem.x, problem.v)
+
+
+@hot
+@compiled
+def combine(problem: ContactProblem, x: Reals, v: Reals) -> None:
+    """Set v to Σ X x of the rows of a problem."""
+    a = 0
     for i in range(problem.blocks.n):
-        problem.v[i] = 0.0
-    for a in range(problem.count):
-        if problem.x[a] != 0.0:
-            add(problem.blocks, problem.rows[a], problem.X, problem.x[a], problem.v)
+        v[i] = 0.0
+    while a < problem.count:
+        size = joined(problem, a)
+        if size == 3 and (x[a] != 0.0 or x[a + 1] != 0.0 or x[a + 2] != 0.0):
+            add_three(problem.blocks, problem.rows[a], problem.X, x[a:], v)
+        elif size == 1 and x[a] != 0.0:
+            add(problem.blocks, problem.rows[a], problem.X, x[a], v)
+        a += size
+
+
+@hot
+@compiled
+def along_all(problem: ContactProblem, W: Reals, v: Reals, r: Reals) -> None:
+    """Set r to W v of the rows of a problem."""
+    a = 0
+    while a < problem.count:
+        size = joined(problem, a)
+        if size == 3:
+            along_three(problem.blocks, problem.rows[a], W, v, r[a:])
+        else:
+            r[a] = product(problem.blocks, problem.rows[a], W, v)
+        a += size
 
 
 @hot
@@ -129,7 +160,9 @@ def residual(problem: ContactProblem) -> float:
     for a in range(problem.count):
         if not math.isfinite(problem.x[a]):
             return math.inf
-        problem.r[a] = problem.b[a] + product(problem.blocks, problem.rows[a], problem.W, problem.v)
+    along_all(problem, problem.W, problem.v, problem.r)
+    for a in range(problem.count):
+        problem.r[a] += problem.b[a]
     return violation(problem)
 
 

@@ -19,8 +19,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled, greater, lesser
-from .block_rows import add, along
-from .cone import add_all, law_slopes, residual
+from .cone import add_all, along_all, combine, law_slopes, residual
 from .contact_problem import ContactProblem, Newton
 from .elimination import factored, jacobian, substitute
 
@@ -60,12 +59,11 @@ def step(problem: ContactProblem, memory: Newton, loose: float) -> int:
     if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
         return 0
     memory.factored += 1
+    combine(problem, g, dv)
     for k in range(blocks.n):
-        dv[k] = 0.0
-    for a in range(problem.count):
-        if g[a] != 0.0:
-            add(blocks, problem.rows[a], problem.X, -g[a], dv)
+        dv[k] = -dv[k]
     substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    along_all(problem, G, dv, problem.r)
     for a in range(problem.count):
-        problem.x[a] -= g[a] + along(blocks, problem.rows[a], G, dv)
+        problem.x[a] -= g[a] + problem.r[a]
     return 1

@@ -8,7 +8,7 @@ stored differences are discarded. The result is always the outcome of a sweep, s
 accepted when every law holds to the tolerance (`cone.residual`).
 
 The rows are normal or tangent ones, with W M Wᵀ = A symmetric, and normal impulses act from zero on, or from ``low``
-below zero where there is no friction.
+where there is no friction.
 
 Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
 Dynamical Systems (2008), chapter 13; D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled, greater, hot, root
-from .block_rows import add, dot
+from .block_rows import add, add_three, along_three, dot
 from .cone import add_all, bound, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
 
@@ -98,7 +98,7 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
         if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL and problem.between[a + 1] == 0:
             size = 2 if problem.kinds[a + 1] == LINE else 3
         speeds[0] = rate(problem, a)
-        if problem.low[a] < 0.0:  # it may pull, too, and has no tangents
+        if size == 1 and problem.low[a] != 0.0:  # it may pull, too, or takes back a pull
             pull = greater(problem.low[a], x[a] - speeds[0] / A[a, 0]) if A[a, 0] > 0.0 else 0.0
             worst = greater(worst, moved(problem, a, pull))
             a += 1
@@ -106,8 +106,12 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
         if x[a] == 0.0 and speeds[0] >= 0.0:  # open, and it remains so: friction is zero there
             a += size
             continue
-        for k in range(1, size):
-            speeds[k] = rate(problem, a + k)
+        if size == 2:
+            speeds[1] = rate(problem, a + 1)
+        elif size == 3:
+            along_three(problem.blocks, problem.rows[a], problem.W, problem.v, speeds)
+            for k in range(3):
+                speeds[k] += problem.b[a + k]
         speeds[0] -= A[a, 0] * x[a]
         if size > 1:
             speeds[0] -= A[a, 1] * x[a + 1]
@@ -118,11 +122,14 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
             speeds[2] -= A[a, 2] * x[a] + A[a + 1, 1] * x[a + 1] + A[a + 2, 0] * x[a + 2]
         press(problem, a, size, memory)
         for k in range(size):
-            change = memory.impulses[k] - x[a + k]
-            if change != 0.0:
-                worst = greater(worst, abs(change) * A[a + k, 0])
-                add(problem.blocks, problem.rows[a + k], problem.X, change, problem.v)
-                x[a + k] = memory.impulses[k]
+            speeds[k] = memory.impulses[k] - x[a + k]
+            worst = greater(worst, abs(speeds[k]) * A[a + k, 0])
+            x[a + k] = memory.impulses[k]
+        if size == 3:
+            add_three(problem.blocks, problem.rows[a], problem.X, speeds, problem.v)
+        else:
+            for k in range(size):
+                add(problem.blocks, problem.rows[a + k], problem.X, speeds[k], problem.v)
         a += size
     return worst
 

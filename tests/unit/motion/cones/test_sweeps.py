@@ -38,6 +38,19 @@ def test_sweeps_and_newton_agree(kinds, seed):
     np.testing.assert_allclose(x, by_newton, atol=1e-9 * np.abs(x).max(initial=1e-3))
 
 
+def test_rows_without_friction_press_from_any_low_on():
+    """In displacements a pull that a later one takes back is a least push: sweeps stayed at zero, below it."""
+    rng = np.random.default_rng(3)
+    W = rng.normal(size=(6, 9))
+    A, b, low = W @ W.T, W @ rng.normal(size=9), [0.3, -0.2, 0.1, 0.0, 0.5, -0.1]
+    dense = DenseProblem(A, b, [NORMAL] * 6, [0.0] * 6, low)
+    x, residual, used = swept(dense)
+    assert used > 0 and residual <= 1e-12
+    r = A @ x + b
+    assert (x >= low).all() and r.min() >= -1e-11
+    assert np.minimum(r, x - low) == pytest.approx(0.0, abs=1e-11)
+
+
 RESISTING = [NORMAL, FIRST, SECOND, FIRST, SECOND, LINE]
 """A contact with friction, that resists rolling and spinning."""
 BETWEEN = [0, 0, 0, 2, 0, 4]
