@@ -56,13 +56,18 @@ def fused(name: str = THIS) -> bool:
 
 
 def _new_machine(optimisation: int = OPTIMISATION, name: str = THIS) -> Any:
+    """Compiler for a target.
+
+    Code for this machine is completed when its place in memory is known, so it need not read addresses from a table.
+    """
     _, triple, cpu, features, _ = target.named(name)
     here = name == THIS
+    fixed = here and triple.startswith("x86_64") and "linux" in triple  # elsewhere a table is the rule
     return llvm.Target.from_triple(triple).create_target_machine(
         cpu=cpu,
         features=features,
         opt=optimisation,
-        reloc="pic",
+        reloc="static" if fixed else "pic",
         codemodel="jitdefault" if here else "default",
         jit=here,
     )

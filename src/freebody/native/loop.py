@@ -26,6 +26,8 @@ from .records import Record, address
 _REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 _loops: dict[str, Loop] = {}
 _locks: dict[str, threading.Lock] = {}
+_translating = threading.Lock()
+"""Of the thread that translates: of several at once, each would be late, and LLVM would wait for the first."""
 
 
 class Loop(NamedTuple):
@@ -90,10 +92,8 @@ def made(
 
 def make_together(makers: Sequence[Callable[[], Any]]) -> None:
     """Make the loops that these functions return: LLVM compiles one while the next is translated."""
-    with ThreadPoolExecutor(
-        2, thread_name_prefix="freebody"
-    ) as pool:  # none goes on: the process may fork later
-        for maker in makers:
+    with ThreadPoolExecutor(len(makers), thread_name_prefix="freebody") as pool:
+        for maker in makers:  # none goes on after this: the process may fork later
             pool.submit(maker)  # what it refuses is refused again where the loop is needed
 
 
@@ -176,10 +176,11 @@ def _compiled(
 
     chosen, passes = {name: space[name] for name in names}, getattr(space, "passes", passes)
     public, others = {f"loop_{name}": f for name, f in chosen.items()}, ""
-    if passes == "hot":
-        text, others = by_heat(public, lanes)
-    else:
-        text = translated(public, lanes)
+    with _translating:
+        if passes == "hot":
+            text, others = by_heat(public, lanes)
+        else:
+            text = translated(public, lanes)
     code, needed = codegen.optimised_code(text, passes=passes, wide=lanes > 1, others=others)
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import struct
 import sys
 
@@ -134,3 +135,19 @@ def test_code_of_other_features_is_never_run(forged, tmp_path, monkeypatch):
     assert loop._made("0" * 64, names, lambda: space).from_disk
     forged(codegen.processor()[2] + ",+other")
     assert loop._loaded(*cache.load("0" * 64), names) is None
+
+
+def test_code_for_this_machine_reads_no_addresses_from_a_table():
+    triple = codegen.processor()[0]
+    if not (triple.startswith("x86_64") and "linux" in triple):
+        pytest.skip("code of other systems has tables")
+    text = """
+        declare double @sin(double)
+        define internal double @g(double %x) noinline { %y = call double @sin(double %x) ret double %y }
+        define double @f(double %x) { %y = call double @g(double %x) %z = fadd double %y, 0.1 ret double %z }
+    """
+    for code in (codegen.object_code(text), codegen.optimised_code(text)[0]):
+        assert b"_GLOBAL_OFFSET_TABLE_" not in code
+        library = codegen.Library(code)
+        f = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(library.addresses(["f"])["f"])
+        assert f(0.5) == math.sin(0.5) + 0.1
