@@ -29,10 +29,8 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
     if count < 0:
         return 0
     for k in range(it.contacts):
-        rough, normal = (
-            it.mode[k] == laws.SLIDE and not is_smooth(it, k),
-            it.presser[k] if it.presser[k] >= 0 else k,
-        )
+        rough = it.mode[k] == laws.SLIDE and not is_smooth(it, k)
+        normal = it.presser[k] if it.presser[k] >= 0 else k
         if rough and it.tangents[k] == 2 and it.held[normal] == 0:
             noise = event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
             unsure = greater(unsure, noise / slip_speed(it, k))
