@@ -189,7 +189,7 @@ def rough_pendulum(mu, r, length=1.0):
 G, M, MU = 9.81, 2.0, 0.3
 
 
-def pushed_block(force, mu=MU, static=None):
+def pushed_block(force, mu=MU, static=None, sensors=None):
     """A block on a floor, pushed along it by a signal or by a controller, given by its function and period."""
     s = fb.System("block")
     s.gravity = (0, -G, 0)
@@ -199,7 +199,7 @@ def pushed_block(force, mu=MU, static=None):
     if isinstance(force, tuple):
         function, period = force
         (push,) = (s.parameters(push=0.0),)
-        s.controller(function, period, "push", name="law")
+        s.controller(function, period, "push", sensors=sensors, name="law")
         force = push
     s.force("F", body.origin, (force, 0, 0))
     return s

@@ -1,5 +1,7 @@
 """Messages of motion with contact that a run reaches only in odd states: each from a scene or a state that has it."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -248,11 +250,33 @@ def test_outputs_of_a_stop_and_in_expressions():
         with pytest.raises(SimulationError) as caught:
             motion[value]
         assert str(caught.value) == said
-    s.parameters(u=0)
-    with pytest.raises(fb.errors.ModelError) as refused:
-        s.controller(lambda t, x: 0, 0.1, "u", sensors={"touch": "2.5*wall.normal"}, name="law")
-    assert str(refused.value) == (
-        "Expected an expression of coordinates, speeds, parameters and the time for sensor 'touch' of controller "
-        "'law', got 'wall.normal': quantities of contacts and joints are outputs of a motion. Write it in coordinates, "
-        "such as 'y - R' for the gap of a ball over a floor."
-    )
+
+
+@pytest.mark.parametrize(
+    ("sensor", "options", "said"),
+    [
+        ("floor.nrml", {}, "Unknown quantity 'nrml' of contact 'floor' in sensor 'N' of controller 'law'"),
+        ("flor.normal", {}, "Unknown contact 'flor' in sensor 'N' of controller 'law'; did you mean 'floor'"),
+        ("floor.mode", {}, "Expected a number in sensor 'N' of controller 'law', got the mode of contact"),
+        ("rail.force", {}, "and the time for sensor 'N' of controller 'law', got 'rail.force', which is"),
+        (
+            "2*floor.normal", {"method": "timestepping", "step": 1e-3},
+            "for sensor 'N' of controller 'law' in time steps and in runs with derivatives, got '2*floor.normal'",
+        ),
+        (
+            "floor.gap", {"sensitivities": ["u"]},
+            "sensor 'N' of controller 'law' in time steps and in runs with derivatives, got 'floor.gap': motions from",
+        ),
+    ],
+)  # fmt: skip
+def test_sensors_of_contacts_that_a_motion_does_not_know(sensor, options, said):
+    s = fb.System("ball")
+    u = s.parameters(u=0.0)
+    s.gravity = (0, -G, 0)
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.contact("floor", ball.origin, s.ground.plane())
+    s.force("lift", ball.origin, (0, u, 0))
+    s.controller(lambda t, x: x["N"], 0.1, "u", sensors={"N": sensor}, name="law")
+    with pytest.raises(SimulationError, match=re.escape(said)):
+        fb.simulate(s, 1, initial={"y": 1}, **options)

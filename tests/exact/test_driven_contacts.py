@@ -111,3 +111,50 @@ def test_motions_of_a_batch_with_a_signal():
     one = fb.simulate(s, 3, samples=4)
     data = fb.simulate(s, 3, initial={"x": [0.0, 1.0]}, samples=4)
     np.testing.assert_allclose(data["x"].values, [one["x"], one["x"] + 1], atol=1e-12)
+
+
+def test_a_controller_reads_the_contacts_just_before_each_sample():
+    """Under a weight that grows by 3 N/s, a push of 5 N/s in steps; at the start no force has acted."""
+    read = []
+
+    def law(t, x):
+        read.append((t, x["N"], x["T"], x["left"], x["gap"], x["twice"]))
+        return 5 * t
+
+    sensors = {"N": "floor.normal", "T": "floor.tangential", "left": "floor.margin - 1", "gap": "floor.gap"}
+    s = pushed_block((law, 0.1), mu=0.5, sensors=sensors | {"twice": "2*x'"})
+    s.force("weight", s.bodies["block"].origin, (0, "-3*t", 0))
+    fb.simulate(s, 1)
+    t, N, T, left, gap, twice = np.array(read).T
+    assert (N[0], T[0], left[0]) == (0, 0, -1)
+    np.testing.assert_allclose(N[1:], M * G + 3 * t[1:], rtol=1e-12)
+    np.testing.assert_allclose(T[1:], -5 * t[:-1], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(left[1:], 0.5 * N[1:] - 5 * t[:-1] - 1, rtol=1e-12)
+    assert not gap.any() and not twice.any()
+
+
+def test_a_leg_that_pushes_while_its_foot_feels_the_floor():
+    """A foot under a mass; each landing is felt at the next sample, and not before."""
+    felt = []
+
+    def law(t, x):
+        felt.append((t, x["N"], x["gap"]))
+        return 30.0 if x["N"] > 0 else 0.0
+
+    s = fb.System("hopper")
+    s.gravity = (0, -G, 0)
+    u = s.parameters(u=0.0)
+    foot, mass = s.body("foot", fb.particle(0.2)), s.body("mass", fb.particle(1))
+    s.slider("rail", s.ground, foot, axis="y", coordinate="y")
+    leg = s.slider("leg", foot, mass, axis="y", coordinate="h")
+    s.force("motor", leg, u)
+    s.force("spring", leg, "200*(0.5 - h)")
+    s.contact("floor", foot.origin, s.ground.plane())
+    s.controller(law, 0.02, "u", sensors={"N": "floor.normal", "gap": "floor.gap"}, name="law")
+    motion = fb.simulate(s, 2, initial={"y": 0.3, "h": 0.5}, samples=2001)
+    assert motion.energy.relative_residual < 1e-9
+    closed = [(one.start, one.end) for one in motion.modes if one.mode != "open"]
+    assert len(closed) == 3
+    for t, N, gap in felt[1:]:
+        touches = any(start < t <= end for start, end in closed)
+        assert (N > 0) == touches and (gap > 0) == (not touches)

@@ -57,7 +57,9 @@ def controller(
     inputs : str, symbol or list of them
         Parameters that it sets; they may stand in loads and in gravity.
     sensors : mapping of str to expression, optional
-        Further entries of the state, computed in machine code: expressions of coordinates, speeds, time and parameters.
+        Further entries of the state: expressions of coordinates, speeds, time and parameters, and as texts such as
+        ``"foot.normal"`` of quantities of contacts, as events watch them. At the start of a run, before any force has
+        acted, forces are 0.
     name : str, optional
         Name in error messages; the name of the function if not given.
 
@@ -109,25 +111,16 @@ def controller(
                 f"Sensor '{key}' of {what} has the name of a {names_of(system).kinds[key]} of this system. "
                 "Choose another."
             )
-        _refuse_outputs(system, value, f"sensor '{key}' of {what}")
-        expressions.append((key, system.expression(value, f"sensor '{key}' of {what}")))
+        names_contacts = isinstance(value, str) and _OUTPUT.search(value)  # a motion knows these
+        expressions.append(
+            (key, value if names_contacts else system.expression(value, f"sensor '{key}' of {what}"))
+        )
     result = Controller(label, function, period, names, tuple(expressions))
     system.controllers[label] = result
     return result
 
 
 _OUTPUT = re.compile(r"(?<![\w.\]])([^\W\d]\w*)(?:\[[^\[\]]*\]\w*)?\.[^\W\d]\w*")
-
-
-def _refuse_outputs(system: Description, value: Any, what: str) -> None:
-    """Raise for a text that names an output of a motion, such as the gap of a contact, in place of the state."""
-    found = _OUTPUT.search(value) if isinstance(value, str) else None
-    if found is not None:
-        raise ModelError(
-            f"Expected an expression of coordinates, speeds, parameters and the time for {what}, got '{found[0]}': "
-            "quantities of contacts and joints are outputs of a motion. Write it in coordinates, such as 'y - R' for "
-            "the gap of a ball over a floor."
-        )
 
 
 def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:

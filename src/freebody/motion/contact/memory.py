@@ -41,7 +41,7 @@ SPARE = 8
 
 class Watched(NamedTuple):
     """What shapes the memory of a run: its method, and the user's functions, each with its direction and whether it
-    ends the run; the first ``asked`` are events, others call for blows.
+    ends the run; the first ``asked`` are events, others call for blows. Controllers read what is ``sensed``.
     """
 
     method: str
@@ -49,6 +49,7 @@ class Watched(NamedTuple):
     directions: tuple[int, ...] = ()
     terminal: tuple[bool, ...] = ()
     asked: int = 0
+    sensed: tuple[Any, ...] = ()
 
 
 class Memory:
@@ -80,11 +81,14 @@ class Memory:
         rows = min(rows, self.scene.rows)
         self.problem = contacts_room(min(rows, self.it.contacts), rows)
 
-    def equip(self, parameters: Array, expressions: Sequence[Any] = ()) -> Any:
+    def equip(self, parameters: Array, expressions: Sequence[Any] = (), sensed: Sequence[Any] = ()) -> Any:
         """Write the kernels, compiled if they are not yet, with these functions of the user; return the phase."""
         it, scene, model = self.it, self.scene, self.model
         phase = scene.holding(("open",) * it.contacts, self.kernels.active)
-        self.looking, self.program = scene.constants(parameters), phase.whole(expressions, self.patches)
+        self.looking, self.program = (
+            scene.constants(parameters),
+            phase.whole(expressions, self.patches, sensed),
+        )
         self.phase = self.program.constants(parameters)
         compiled, energy = functions(), self.kernels.motion()
         for name, kernel in KERNELS.items():
@@ -113,7 +117,7 @@ class Memory:
     def prepare(self, parameters: Array, watched: Watched) -> None:
         """Write all that does not depend on the values and tolerances of a run."""
         it, scene = self.it, self.scene
-        phase = self.equip(parameters, watched.expressions)
+        phase = self.equip(parameters, watched.expressions, watched.sensed)
         self.kept = phase.rates_of(self.program, self.phase)
         self.watching, count = watched, len(watched.expressions)
         stops = 0 if self.patches is None else self.patches.functions_count

@@ -12,10 +12,12 @@ import numpy as np
 
 from ..events.code import code
 from ..events.event_run import EventRun
+from ..kernels.contact_quantities import asked_by
 from ..kernels.kernels import Kernels
+from ..kernels.program import at_state
 from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
-from ..legs.driven import Drives
+from ..legs.driven import Drives, sensed_contacts
 from ..ode.dense_output import Array, outputs_at
 from ..phase.candidates import stretch_numbers
 from ..phase.scene import Scene, scene_of
@@ -105,6 +107,7 @@ class ContactRun:
             tuple(spec.direction for spec in specs),
             tuple(spec.terminal for spec in specs),
             len(problem.specs),
+            sensed_contacts(kernels.model),
         )
         self = cls(kernels, problem.numbers, watched=watched, sided=sided)
         self.specs, self.asked, self.method = specs, watched.asked, watched.method
@@ -122,6 +125,7 @@ class ContactRun:
         steps.stop_if_stiff = int(request.method == "auto")
         if kernels.model.switched:
             self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
+            self.drives.touched = self.touched
             self.changes.append((0, self.parameters))
         return self
 
@@ -148,6 +152,14 @@ class ContactRun:
         """Return the parameters of a phase by its number, if they change during the run."""
         k = bisect_right(self.changes, phase, key=lambda change: change[0])
         return self.changes[k - 1][1] if k else None
+
+    def touched(self) -> dict[Any, float]:
+        """Return the quantities of contacts that functions of the user take, in the present phase."""
+        program, phase, watched = self.memory.program, self.memory.phase, self.memory.watching
+        asked = asked_by((*watched.expressions, *watched.sensed))
+        at_state(program, "watched", self.it.t, np.array(self.it.y), phase)
+        place, _, (size,) = program.data.placed["inputs"]
+        return dict(zip(asked, phase[place + size - len(asked) : place + size].tolist(), strict=True))
 
     def next_stop(self) -> float:
         """Return the time of the next blow or change of values."""

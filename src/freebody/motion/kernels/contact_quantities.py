@@ -55,12 +55,12 @@ def asked_by(expressions: Sequence[Any]) -> Asked:
     )
 
 
-def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
-    """Return the program of functions of the user, whose state the quantities of contacts follow.
+def watched_program(kernels: Kernels, expressions: Sequence[Any], asked: Asked = ()) -> Program:
+    """Return the program of functions of the user, whose state the quantities of contacts follow that are ``asked``.
 
     Behind them stand the e of all laws that have sides. `laws_watched` says which functions are the e of a law.
     """
-    asked, sided = asked_by(expressions), isinstance(kernels, SidedKernels)
+    sided = isinstance(kernels, SidedKernels)
     if not asked and not sided:
         return kernels.expressions(expressions)
 
@@ -73,7 +73,7 @@ def watched_program(kernels: Kernels, expressions: Sequence[Any]) -> Program:
         ]
         return {"values": [*own, *e]}
 
-    return kernels.program(("watched", tuple(expressions)), functions, len(asked))
+    return kernels.program(("watched", tuple(expressions), asked), functions, len(asked))
 
 
 def laws_watched(kernels: Kernels, expressions: Sequence[Any]) -> list[int]:

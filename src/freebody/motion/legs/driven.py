@@ -22,17 +22,20 @@ from typing import Any
 import numpy as np
 
 from ...describe.controller import Controller
+from ...dynamics.state import state_at
 from ...errors import SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
 from ...scalar.dual import value_of
 from ..ending import End
+from ..kernels.contact_quantities import OfContacts
 from ..kernels.kernels import Kernels
 from ..kernels.program import at_state
 from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, outputs_at
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
 from ..start.signals import at_time
+from ..trajectory.contact_expressions import of_contacts, refuse_outputs
 from ..trajectory.phases import Phases, Segment, segments_of
 
 _TOGETHER = 1e-12
@@ -72,6 +75,9 @@ class Drives:
     ``potential``   True if a constant of a potential changes
     """
 
+    touched: Callable[[], Mapping[Any, float]] | None = None
+    """What gives the present quantities of contacts that sensors take, in a run that knows them."""
+
     def __init__(
         self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float, most: int
     ) -> None:
@@ -95,10 +101,7 @@ class Drives:
             reset = getattr(controller.function, "reset", None)
             if callable(reset):
                 reset()
-        self._sensors = [
-            kernels.expressions(tuple(e for _, e in c.sensors)) if c.sensors else None
-            for c in model.controllers
-        ]
+        self._sensors = [_sensors(kernels, controller) for controller in model.controllers]
         # (time, number of the controller or signal, number of its sample or piece) of the next change of each
         self._next: list[tuple[float, int, int]] = [(begin, i, 0) for i in range(len(self.periods))]
         for j, placed in enumerate(model.signals):
@@ -172,7 +175,7 @@ class Drives:
         controller = self.model.controllers[i]
         values = dict(self.numbers)
         values.update(zip(self.model.state_names, y.tolist(), strict=False))
-        values.update(zip((name for name, _ in controller.sensors), self._sensed(i, t, y), strict=True))
+        values.update(self._sensed(i, t, y))
         try:
             answer = controller.function(t, Reading(values, controller.name))
         except SimulationError as error:
@@ -182,13 +185,28 @@ class Drives:
         for name, value in _answers(controller, answer, t, self._number):
             self.numbers[name] = value
 
-    def _sensed(self, i: int, t: Any, y: Any) -> list[Any]:
-        """Return what the sensors of a controller give."""
-        program = self._sensors[i]
-        if program is None:
-            return []
-        constants = program.constants(self.kernels.parameters(self.numbers))
-        return at_state(program, "values", t, y, constants).tolist()
+    def _sensed(self, i: int, t: Any, y: Any) -> dict[str, Any]:
+        """Return what the sensors of a controller give, by name."""
+        names, program, of_contacts = self._sensors[i]
+        result: dict[str, Any] = {}
+        if names:
+            constants = program.constants(self.kernels.parameters(self.numbers))
+            result.update(zip(names, at_state(program, "values", t, y, constants).tolist(), strict=True))
+        if of_contacts:
+            state, numbers = state_at(self.model, y, t, self.numbers), self._touched(i)
+            result.update({name: float(x.value(state, numbers)) for name, x in of_contacts.items()})
+        return result
+
+    def _touched(self, i: int) -> Mapping[Any, float]:
+        """Return the quantities of contacts that the sensors of a controller take."""
+        if self.touched is None:
+            name, (sensor, x) = self.model.controllers[i].name, next(iter(self._sensors[i][2].items()))
+            raise SimulationError(
+                f"Expected an expression of coordinates, speeds, parameters and the time for sensor '{sensor}' of "
+                f"controller '{name}' in time steps and in runs with derivatives, got '{x}': motions from event to "
+                "event, without method='timestepping' and sensitivities=, know the contacts at a sample."
+            )
+        return self.touched()
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
         """Return the error for a function that fails."""
@@ -198,6 +216,33 @@ class Drives:
 
     _number: Callable[[Any], float] = float
     """Type of the numbers that controllers give."""
+
+
+def _sensors(kernels: Kernels, controller: Controller) -> tuple[tuple[str, ...], Any, dict[str, OfContacts]]:
+    """Return the sensors of a controller: names and program of those of the state, and those of contacts by name."""
+    plain, contacts = dict[str, Any](), dict[str, OfContacts]()
+    for name, x in controller.sensors:
+        touches = _of_contacts(kernels.model, controller, name, x)
+        if touches is None:
+            plain[name] = x
+        else:
+            contacts[name] = touches
+    return tuple(plain), kernels.expressions(tuple(plain.values())) if plain else None, contacts
+
+
+def sensed_contacts(model: Model) -> tuple[OfContacts, ...]:
+    """Return the expressions of quantities of contacts that sensors of controllers give."""
+    found = (_of_contacts(model, one, name, x) for one in model.controllers for name, x in one.sensors)
+    return tuple(x for x in found if x is not None)
+
+
+def _of_contacts(model: Model, controller: Controller, name: str, value: Any) -> OfContacts | None:
+    """Return the expression of a sensor if it takes quantities of contacts; refuse other outputs of a motion."""
+    what = f"sensor '{name}' of controller '{controller.name}'"
+    result = of_contacts(model, value, what)
+    if result is None:
+        refuse_outputs(model, value, what, "coordinates, speeds, contacts, parameters and the time")
+    return result
 
 
 def intervals(

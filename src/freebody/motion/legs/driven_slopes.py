@@ -103,13 +103,13 @@ class DifferentiatedDrives(Drives):
             [[float(slope_of(self.numbers[x], j)) for x in names] for j in range(self.count)]
         ).reshape(self.count, len(names))
 
-    def _sensed(self, i: int, t: Any, y: Any) -> list[Any]:
+    def _sensed(self, i: int, t: Any, y: Any) -> dict[str, Any]:
         sensors = self.model.controllers[i].sensors
-        if not sensors:
-            return []
+        if self._sensors[i][2]:
+            self._touched(i)
         values = [_plain(self.numbers[p.name]) for p in self.model.parameters]
         state = dual_state(self.model, _plain(t), [_plain(x) for x in y], values)
-        return [_numeric(state(expression)) for _, expression in sensors]
+        return {name: _numeric(state(expression)) for name, expression in sensors}
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
         return NoDerivativesError(

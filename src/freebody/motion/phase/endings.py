@@ -133,7 +133,8 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
         open_touched(t, y, phase)
     if phase.asked > 0:
         inputs_found(y, phase, size)
-        phase.values(t, phase.inputs, phase.values_c, out)
+        if phase.expressions > 0:
+            phase.values(t, phase.inputs, phase.values_c, out)
     for k in range(phase.laws if phase.expressions > 0 else 0):
         i = phase.first_law + k
         out[i] = 1.0 if phase.idle[k] != 0 else gauge(phase.sides[k], out[i], phase.bands[k])

@@ -308,16 +308,19 @@ class Phase:
             ),
         )
 
-    def whole(self, expressions: Sequence[Any], patches: Any = None) -> DataProgram:
+    def whole(
+        self, expressions: Sequence[Any], patches: Any = None, sensed: Sequence[Any] = ()
+    ) -> DataProgram:
         """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
 
         The last gives the user's expressions, approach and kept of the ``patches`` of the run, if it has any, then the
-        functions that end the phase (:attr:`Scene.endings`).
+        functions that end the phase (:attr:`Scene.endings`). It leaves the quantities of contacts that these and those
+        ``sensed`` take behind the state in ``inputs``.
         """
 
         def make() -> DataProgram:
-            count = len(expressions) + self.scene.laws
-            values: Any = watched_program(self.scene.kernels, expressions) if count else None
+            count, asked = len(expressions) + self.scene.laws, asked_by((*expressions, *sensed))
+            values: Any = watched_program(self.scene.kernels, expressions, asked) if count else None
             moved = self.model.n_q + self.model.n_u
             if patches is not None:
                 values, count = patches.with_values(values, count), count + patches.functions_count
@@ -328,10 +331,11 @@ class Phase:
                 "watched": count + len(self.scene.endings),
             }
             return self.data(
-                sizes, values=values, count=count, whole=True, asked=asked_by(expressions), first=len(expressions)
-            )  # fmt: skip
+                sizes, values=values, count=count, whole=True, asked=asked, first=len(expressions)
+            )
 
-        return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
+        key = tuple(expressions), tuple(sensed)
+        return make() if patches is not None else cast(DataProgram, self._program(key, make))
 
     def rates_of(self, program: DataProgram, constants: Array) -> Rates:
         """Return the right-hand side, and the projection, of a program with these constants."""
