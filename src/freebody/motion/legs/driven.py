@@ -203,8 +203,8 @@ class Drives:
             name, (sensor, x) = self.model.controllers[i].name, next(iter(self._sensors[i][2].items()))
             raise SimulationError(
                 f"Expected an expression of coordinates, speeds, parameters and the time for sensor '{sensor}' of "
-                f"controller '{name}' in time steps and in runs with derivatives, got '{x}': motions from event to "
-                "event, without method='timestepping' and sensitivities=, know the contacts at a sample."
+                f"controller '{name}' in a run with derivatives, got '{x}': what contacts do at a sample has no "
+                "derivatives. Leave sensitivities= out, or write the sensor in these."
             )
         return self.touched()
 

@@ -8,6 +8,7 @@ each contact satisfies Signorini's and Coulomb's conditions to the residual that
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -20,8 +21,9 @@ from ...errors import ModelError, SimulationError
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
+from ..kernels.contact_quantities import asked_by
 from ..legs.blow import Blow, blows_of, call_of, scheduled
-from ..legs.driven import Drives
+from ..legs.driven import Drives, sensed_contacts
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -39,6 +41,7 @@ from .crossings import crossings
 from .failure import MOST_SWEEPS, accept, check_laws, failure
 from .grid import Grid, grid_of
 from .intervals import Values
+from .last_step import touched
 from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of, set_parameters
 from .pair_motion import PairLog, width_of
@@ -136,6 +139,8 @@ class _Run:
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = self.reached = 0  # steps that are kept, and those up to where the loop is
         self.slow = False  # the last piece took long
+        if values.drives is not None:
+            values.drives.touched = partial(touched, self, asked_by(sensed_contacts(model)))
 
     def _make_room(self) -> None:
         """Make the memory, with room for ``pairs`` closed pairs of families."""

@@ -102,7 +102,7 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
             f"Expected the normal force of '{name}' in {what}, got '{kind}': solids touch at several points, which "
             f"change. Watch '{name}.normal', {cure}; the others are outputs, motion.contacts."
         )
-    if found.name not in own:
+    if found.name not in own and points:
         return tuple((one, "normal", 0) for one in points)
     return ((found.name, kind, component or 0),)
 
