@@ -58,8 +58,8 @@ def controller(
         Parameters that it sets; they may stand in loads and in gravity.
     sensors : mapping of str to expression, optional
         Further entries of the state: expressions of coordinates, speeds, time and parameters, and as texts such as
-        ``"foot.normal"`` of quantities of contacts, as events watch them. At the start of a run, before any force has
-        acted, forces are 0.
+        ``"foot.normal"`` of quantities of contacts, as events watch them, just before the sample. Forces in time steps
+        are means over the last step. At the start of a run, before any force has acted, they are 0.
     name : str, optional
         Name in error messages; the name of the function if not given.
 

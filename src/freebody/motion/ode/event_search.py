@@ -28,6 +28,8 @@ FINEST = 1.0 / 4096.0
 MOST = 64
 FARTHEST = 0.02
 """Greatest fraction of the step by which an event moves from the dense output to the states."""
+NOISY = 1024.0
+"""Units of time beyond which a correction that does not shrink is no round-off: a function may bend."""
 TOO_LONG, BRIEF = -2.0, 2.0**-32
 """Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
 for its dense output."""
@@ -304,7 +306,8 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
         evaluate(run, best)
         value, last = run.search.g[e], abs(shift)
         shift = -value / slope
-        settled = k >= 6 or abs(shift) <= width or (k > 1 and 2.0 * abs(shift) > last)  # round-off is left
+        noise = k > 1 and last < 2.0 * abs(shift) <= NOISY * width
+        settled = k >= 6 or noise or abs(shift) <= width
         if sign * value >= 0.0 and settled:
             return best
         if not settled:
@@ -314,7 +317,9 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
         elif best == 1.0:
             return -1.0 if best - x > FARTHEST else x
         else:
-            best = lesser(1.0, best + greater(width, abs(shift)))
+            if noise:
+                width = greater(width, abs(shift))
+            best = lesser(1.0, best + width)
             width *= 2.0
     return x
 
