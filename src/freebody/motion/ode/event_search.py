@@ -28,8 +28,6 @@ FINEST = 1.0 / 4096.0
 MOST = 64
 FARTHEST = 0.02
 """Greatest fraction of the step by which an event moves from the dense output to the states."""
-NOISY = 1024.0
-"""Units of time beyond which a correction that does not shrink is no round-off: a function may bend."""
 TOO_LONG, BRIEF = -2.0, 2.0**-32
 """Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
 for its dense output."""
@@ -298,27 +296,23 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
     if not sign * slope > 0.0:
         return x
     width = 2.0 * EPS * greater(1.0, abs(run.t / run.h))
-    best, shift = x, math.inf
+    best = x
     for k in range(64):  # the last steps double, up to the end
         state_in_step(run, best)
         if not are_finite(run.point, run.n):
             return -1.0
         evaluate(run, best)
-        value, last = run.search.g[e], abs(shift)
+        value = run.search.g[e]
         shift = -value / slope
-        noise = k > 1 and last < 2.0 * abs(shift) <= NOISY * width
-        settled = k >= 6 or noise or abs(shift) <= width
-        if sign * value >= 0.0 and settled:
+        if sign * value >= 0.0 and (k >= 6 or abs(shift) <= width):
             return best
-        if not settled:
+        if k < 6 and abs(shift) > width:
             if abs(best + shift - x) > FARTHEST:
                 return -1.0
             best = lesser(1.0, greater(0.0, best + shift + width / 4.0))  # just beyond the zero
         elif best == 1.0:
             return -1.0 if best - x > FARTHEST else x
         else:
-            if noise:
-                width = greater(width, abs(shift))
             best = lesser(1.0, best + width)
             width *= 2.0
     return x
