@@ -85,10 +85,8 @@ class Memory:
         """Write the kernels, compiled if they are not yet, with these functions of the user; return the phase."""
         it, scene, model = self.it, self.scene, self.model
         phase = scene.holding(("open",) * it.contacts, self.kernels.active)
-        self.looking, self.program = (
-            scene.constants(parameters),
-            phase.whole(expressions, self.patches, sensed),
-        )
+        self.looking = scene.constants(parameters)
+        self.program = phase.whole(expressions, self.patches, sensed)
         self.phase = self.program.constants(parameters)
         compiled, energy = functions(), self.kernels.motion()
         for name, kernel in KERNELS.items():

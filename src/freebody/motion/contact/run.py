@@ -21,7 +21,6 @@ from ...dynamics.state import state_at
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
-from ..kernels.program import at_state
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
 from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
@@ -201,7 +200,7 @@ def changed(work: ContactRun) -> bool:
     y = np.array(it.y)
     if drives is None or not drives.change(it.t, y):
         return False
-    before, energy = np.sign(watched(work, y)), work.energies(it.t, y).sum()
+    before, energy = np.sign(work.watch(y)), work.energies(it.t, y).sum()
     log(work, event_run.OTHER_VALUES, len(work.changes))
     work.changed_at[len(work.changes)] = it.t, y
     work.set_values(dict(drives.numbers))
@@ -212,7 +211,7 @@ def changed(work: ContactRun) -> bool:
     it.reason[:] = event_run.CHANGED
     if drives.potential:
         it.impulses += work.energies(it.t, y).sum() - energy
-    after, ends = np.sign(watched(work, y)), False
+    after, ends = np.sign(work.watch(y)), False
     for k in np.flatnonzero(before * after < 0):
         spec, sign = work.specs[k], int(after[k])
         if spec.direction not in (0, sign):
@@ -226,9 +225,3 @@ def changed(work: ContactRun) -> bool:
     if ends:
         code("break_off")(it, End.TERMINAL)
     return ends
-
-
-def watched(work: ContactRun, y: Array) -> Array:
-    """Return the functions of the user's events, and of those that call blows."""
-    memory = work.memory
-    return at_state(memory.program, "watched", work.it.t, y, memory.phase)[: len(work.specs)]

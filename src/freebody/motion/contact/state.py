@@ -17,7 +17,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.program import at_state
 from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
-from ..legs.driven import Drives, sensed_contacts
+from ..legs.driven import Drives
 from ..ode.dense_output import Array, outputs_at
 from ..phase.candidates import stretch_numbers
 from ..phase.scene import Scene, scene_of
@@ -100,14 +100,16 @@ class ContactRun:
         """Return the run of a problem, with blows at given times and those that events call for."""
         request, kernels = problem.request, problem.kernels
         calls = tuple(call_of(one) for one in called)  # events that trigger a blow, after those of the user
-        specs = (*problem.specs, *calls)
+        specs, drives = (*problem.specs, *calls), None
+        if kernels.model.switched:
+            drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
         watched = Watched(
             "dop853" if request.method == "auto" else request.method,
             (*problem.expressions, *expressions_of(kernels.model, calls)),
             tuple(spec.direction for spec in specs),
             tuple(spec.terminal for spec in specs),
             len(problem.specs),
-            sensed_contacts(kernels.model),
+            () if drives is None else drives.sensed,
         )
         self = cls(kernels, problem.numbers, watched=watched, sided=sided)
         self.specs, self.asked, self.method = specs, watched.asked, watched.method
@@ -123,9 +125,9 @@ class ContactRun:
             self.memory.laws.relative[:] = relative
             code("forget_sides")(it, problem.begin, problem.end)
         steps.stop_if_stiff = int(request.method == "auto")
-        if kernels.model.switched:
-            self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
-            self.drives.touched = self.touched
+        self.drives = drives
+        if drives is not None:
+            drives.touched = self.touched
             self.changes.append((0, self.parameters))
         return self
 
@@ -155,11 +157,16 @@ class ContactRun:
 
     def touched(self) -> dict[Any, float]:
         """Return the quantities of contacts that functions of the user take, in the present phase."""
-        program, phase, watched = self.memory.program, self.memory.phase, self.memory.watching
-        asked = asked_by((*watched.expressions, *watched.sensed))
-        at_state(program, "watched", self.it.t, np.array(self.it.y), phase)
-        place, _, (size,) = program.data.placed["inputs"]
-        return dict(zip(asked, phase[place + size - len(asked) : place + size].tolist(), strict=True))
+        memory = self.memory
+        asked = asked_by((*memory.watching.expressions, *memory.watching.sensed))
+        self.watch(np.array(self.it.y))
+        place, _, (size,) = memory.program.data.placed["inputs"]
+        return dict(zip(asked, memory.phase[place + size - len(asked) : place + size].tolist(), strict=True))
+
+    def watch(self, y: Array) -> Array:
+        """Return the functions of the user's events, and of those that call blows."""
+        memory = self.memory
+        return at_state(memory.program, "watched", self.it.t, y, memory.phase)[: len(self.specs)]
 
     def next_stop(self) -> float:
         """Return the time of the next blow or change of values."""

@@ -197,6 +197,11 @@ class Drives:
             result.update({name: float(x.value(state, numbers)) for name, x in of_contacts.items()})
         return result
 
+    @property
+    def sensed(self) -> tuple[OfContacts, ...]:
+        """Expressions of quantities of contacts that sensors of controllers give."""
+        return tuple(x for _, _, of_contacts in self._sensors for x in of_contacts.values())
+
     def _touched(self, i: int) -> Mapping[Any, float]:
         """Return the quantities of contacts that the sensors of a controller take."""
         if self.touched is None:
@@ -222,27 +227,14 @@ def _sensors(kernels: Kernels, controller: Controller) -> tuple[tuple[str, ...],
     """Return the sensors of a controller: names and program of those of the state, and those of contacts by name."""
     plain, contacts = dict[str, Any](), dict[str, OfContacts]()
     for name, x in controller.sensors:
-        touches = _of_contacts(kernels.model, controller, name, x)
+        what = f"sensor '{name}' of controller '{controller.name}'"
+        touches = of_contacts(kernels.model, x, what)
         if touches is None:
+            refuse_outputs(kernels.model, x, what, "coordinates, speeds, contacts, parameters and the time")
             plain[name] = x
         else:
             contacts[name] = touches
     return tuple(plain), kernels.expressions(tuple(plain.values())) if plain else None, contacts
-
-
-def sensed_contacts(model: Model) -> tuple[OfContacts, ...]:
-    """Return the expressions of quantities of contacts that sensors of controllers give."""
-    found = (_of_contacts(model, one, name, x) for one in model.controllers for name, x in one.sensors)
-    return tuple(x for x in found if x is not None)
-
-
-def _of_contacts(model: Model, controller: Controller, name: str, value: Any) -> OfContacts | None:
-    """Return the expression of a sensor if it takes quantities of contacts; refuse other outputs of a motion."""
-    what = f"sensor '{name}' of controller '{controller.name}'"
-    result = of_contacts(model, value, what)
-    if result is None:
-        refuse_outputs(model, value, what, "coordinates, speeds, contacts, parameters and the time")
-    return result
 
 
 def intervals(

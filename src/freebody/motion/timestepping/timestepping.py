@@ -23,7 +23,7 @@ from ..families.family_record import ENTRY
 from ..families.memory import label_of
 from ..kernels.contact_quantities import asked_by
 from ..legs.blow import Blow, blows_of, call_of, scheduled
-from ..legs.driven import Drives, sensed_contacts
+from ..legs.driven import Drives
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..phase.candidates import layout_of, stretch_numbers
@@ -140,7 +140,7 @@ class _Run:
         self.done = self.reached = 0  # steps that are kept, and those up to where the loop is
         self.slow = False  # the last piece took long
         if values.drives is not None:
-            values.drives.touched = partial(touched, self, asked_by(sensed_contacts(model)))
+            values.drives.touched = partial(touched, self, asked_by(values.drives.sensed))
 
     def _make_room(self) -> None:
         """Make the memory, with room for ``pairs`` closed pairs of families."""
