@@ -5,7 +5,6 @@ from __future__ import annotations
 from ...native.instructions import Reals, compiled, greater, root
 from .block_rows import dot
 from .contacts import Contacts
-from .elimination import solved
 from .newton import factor
 
 SMALL = 1e-10
@@ -86,21 +85,37 @@ def held(contacts: Contacts) -> int:
 def normal_parts(contacts: Contacts, n: int) -> int:
     """Set the rows of P; return 0 if forces in balance have normal parts, else 1."""
     m, H, G, P = contacts.rows, contacts.factors, contacts.slope, contacts.H
+    for p in range(n):
+        for q in range(p + 1):
+            G[p * n + q] = 0.0
+    for r in range(m):
+        row = H[r * m :]
+        for p in range(n):
+            for q in range(p + 1 if row[p] != 0.0 else 0):
+                G[p * n + q] += row[p] * row[q]
+    if definite(G, n) == 0:
+        return 0
     for i in range(contacts.contacts):
         a = contacts.at[i]
         for p in range(n):
-            for q in range(n):
-                G[p * n + q] = 0.0
-                for r in range(m):
-                    G[p * n + q] += H[r * m + p] * H[r * m + q]
             P[a * m + p] = H[a * m + p]
         if is_held(contacts, i) != 0:
             continue
-        if solved(G, n, P[a * m :]) == 0:
-            return 0
+        divide(G, P[a * m :], n)
         if n < m - held(contacts) and abs(1.0 - dot(P[a * m :], H[a * m :], n)) > root(SMALL):
             return 0
     return 1
+
+
+@compiled
+def divide(factors: Reals, x: Reals, n: int) -> None:
+    """Replace x by the solution of L Lᵀ y = x, with the factors of `definite`."""
+    for p in range(n):
+        x[p] = (x[p] - dot(factors[p * n :], x, p)) / factors[p * n + p]
+    for p in range(n - 1, -1, -1):
+        x[p] /= factors[p * n + p]
+        for q in range(p):
+            x[q] -= factors[p * n + q] * x[p]
 
 
 @compiled
@@ -113,7 +128,7 @@ def subtract(M: Reals, x: Reals, part: float, n: int) -> None:
 
 @compiled
 def definite(M: Reals, n: int) -> int:
-    """Return 1 if a symmetric matrix is positive definite, by Cholesky's method, else 0; overwrite it."""
+    """Return 1 if a symmetric matrix is positive definite, else 0; overwrite its lower half by Cholesky's factor L."""
     for k in range(n):
         if not M[k * n + k] > 0.0:
             return 0
