@@ -113,7 +113,7 @@ def test_run_with_defaults(name: str) -> None:
         assert check.holds, check
 
 
-@pytest.mark.parametrize("name", sampled(NAMES, 2))
+@pytest.mark.parametrize("name", sampled(NAMES, 3))
 def test_formulas_speak_of_the_parameters(name: str) -> None:
     """A closed form holds parameters of the system, and its coordinates and speeds, and nothing else."""
     found = outcome(name)

@@ -248,11 +248,9 @@ def slow(*seeds):
     [
         13,
         65,
-        68,
         140,
         600,
-        1062,
-        *slow(12, 33, 139, 235, 252, 257, 312, 334, 377, 516, 530, 576, 1076, 1129, 1314),
+        *slow(12, 33, 68, 139, 235, 252, 257, 312, 334, 377, 516, 530, 576, 1076, 1062, 1129, 1314),
     ],
 )
 def test_a_box_thrown_on_a_box_by_events(seed):
@@ -320,9 +318,9 @@ def test_a_ball_falls_on_a_capsule_on_a_floor_by_events():
 
 
 def test_a_wall_does_not_move_by_events():
-    s, start = scene("wall", [brick(f"b{k}", {"z": 0.05 + 0.1 * k}) for k in range(8)])
+    s, start = scene("wall", [brick(f"b{k}", {"z": 0.05 + 0.1 * k}) for k in range(10)])
     with pytest.raises(
-        fb.errors.SimulationError, match="at more than 200 points, 16 of them for two boxes.*timestepping"
+        fb.errors.SimulationError, match="at more than 600 points, 16 of them for two boxes.*timestepping"
     ):
         fb.simulate(s, 0.1, initial=start)
 

@@ -61,7 +61,7 @@ from .switches import value_of
 
 Array = NDArray[np.float64]
 
-UNROLLED = 200
+UNROLLED = 600
 """Limit of the contacts of families in a motion by events, whose code is 15 ms for each; two boxes have 16."""
 
 

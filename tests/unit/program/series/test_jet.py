@@ -447,7 +447,9 @@ def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
 # --- eight motions at once -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "piece"), WAYS)
+@pytest.mark.parametrize(
+    ("name", "piece"), [*sampled(((name, jet.PIECE) for name in CASES), 3), *WAYS[len(CASES) :]]
+)
 def test_recurrence_of_eight(name, piece, monkeypatch):
     """Each motion has its own time, state and parameter; in one block and cut into pieces."""
     monkeypatch.setattr(jet_of_lanes.jet_of_lanes, "__defaults__", (piece,))
