@@ -11,9 +11,10 @@ import numpy as np
 from ....dynamics import State
 from ....errors import NoDerivativesError, SimulationError
 from ....scalar.algebra import Expression, Scalar
+from ....scalar.dual import slope_of, value_of
+from ...kernels import switches
 from ...kernels.contact_quantities import OfContacts
 from ...kernels.program import Program, at_states
-from ...kernels.switches import value_of
 from ...legs.number_derivatives import Numbers
 from ...legs.variation import energy_named
 from ...ode.dense_output import Array, Crossing
@@ -25,6 +26,7 @@ from ...trajectory.outputs import OfContact, OfReaction
 from ...trajectory.peaks import Peak, peaks
 from ...trajectory.phases import Segment
 from .following import Followed
+from .quantities import value_along
 from .slopes import ENERGIES, Slopes, of_contact, without_derivative
 
 ALIKE, SAME = 1e-9, 1e-6
@@ -106,30 +108,41 @@ class TouchingNumbers(Numbers):
         """
         motion, spec = self.motion, self.motion.specs[crossing.number]
         quantity = expressions_of(motion.kernels.model, (spec,))[0]
-        if isinstance(quantity, OfContacts):
-            raise NoDerivativesError(
-                "Expected an event of coordinates, speeds, time and parameters for the derivative of its time, got "
-                f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
-                "motion.sensitivity.times(contact)."
-            )
         # the state before what may happen then
         segment = next(one for one in self.followed.path.segments if one.path.end >= crossing.time)
         row = segment.path.sample(np.array([crossing.time]))[0]
-        program, y = motion.kernels.expressions((quantity,)), row[None, : self.of.moved]
-        (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
-        if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
+        value, rate, ways = self._passing(quantity, segment, crossing.time, row)
+        if abs(value) > 1e-9 * (1 + abs(rate) + np.abs(row[: self.of.moved]).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        rate, ways = self._change(quantity, segment, crossing.time, row)
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
                 f"{crossing.time:.6g} s it only touches zero, or jumps over it. Watch for another expression."
             )
         return -ways / rate
+
+    def _passing(
+        self, quantity: Expression | OfContacts, segment: Segment, t: float, row: Array
+    ) -> tuple[float, float, Array]:
+        """Return what an event watches, with its rate and its derivatives."""
+        if not isinstance(quantity, OfContacts):
+            program, y = self.motion.kernels.expressions((quantity,)), row[None, : self.of.moved]
+            (value,) = self.motion._observed(program, "values", np.array([t]), y)[0]
+            return float(value), *self._change(quantity, segment, t, row)
+        of, y = _slopes(segment), row[: self.of.moved]
+        f = of.velocity(segment.kernels, t, row[: of.moved + 2])
+        s = row[of.moved + 2 :].reshape(len(of.seeds), -1)
+        ways = [
+            (f, 1.0, np.zeros(len(of.symbols))),
+            *((x, 0.0, dp) for x, dp in zip(s, of.seeds, strict=True)),
+        ]
+        found = value_along(of, segment.kernels, quantity, t, y, ways)
+        rate, *slopes = (float(slope_of(found, j)) for j in range(len(ways)))
+        return float(value_of(found)), rate, np.array(slopes)
 
     def _change(self, quantity: Expression, segment: Segment, t: float, row: Array) -> tuple[float, Array]:
         """Return the rate of a quantity in a phase, and its derivatives, at a state with its derivatives."""
@@ -197,7 +210,7 @@ class TouchingNumbers(Numbers):
 
         def value(state: State) -> Scalar:
             if not isinstance(quantity, str | OfReaction):
-                return value_of(state, quantity)
+                return switches.value_of(state, quantity)
             if isinstance(quantity, OfReaction):
                 raise without_derivative(f"{quantity.joint}.{quantity.what}")
             if quantity not in ENERGIES:
