@@ -13,11 +13,12 @@ import numpy as np
 
 from ....scalar.algebra import floats
 from ....scalar.dual import DualField, value_of
-from ...kernels.contact_quantities import Asked, OfContacts, asked_by
+from ...kernels.contact_quantities import NAMES, Asked, OfContacts, asked_by
 from ...legs.driven_slopes import dual_of, dual_state
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
-from .slopes import ADHESION, Slopes, Touch, refused, title
+from ...trajectory.outputs import OfContact
+from .slopes import ADHESION, Slopes, Touch, refused, title, without_derivative
 
 Way = tuple[Array, float, Array]
 """Changes of (q, u), of the time and of the symbols of `Slopes`."""
@@ -33,19 +34,16 @@ def quantities(
     NoDerivativesError
         The margin of a contact that is about to bear friction.
     """
-    forces = np.zeros(of.scene.rows) if phase is None else of.forces(phase, t, y)
-    changes = [
-        np.zeros(of.scene.rows) if phase is None else of.along(phase, t, y, *way).forces for way in ways
-    ]
+    ahead = [] if phase is None else [of.along(phase, t, y, *way) for way in ways]
     names = [contact.name for contact in of.model.contacts]
 
     def one(name: str, what: str, j: int) -> Any:
         k = names.index(name)
         contact, mode = of.model.contacts[k], "open" if phase is None else phase.modes[k]
-        touch, touches = of.outputs(k, t, y), [of.of_contact(k, t, y, *way) for way in ways]
+        touches = [of.touch(x, k) for x in ahead] or [of.of_contact(k, t, y, *way) for way in ways]
 
         def dual(read: Callable[[Touch], Any]) -> Any:
-            return dual_of(read(touch), [read(x) for x in touches])
+            return dual_of(read(of.outputs(k, t, y)), [read(x) for x in touches])
 
         if what in ("gap", "approach"):
             if mode != "open" and not contact.compliant:
@@ -53,10 +51,10 @@ def quantities(
             return dual(lambda x: x.gap) if what == "gap" else -dual(lambda x: x.rates[0])
         if what == "slip":
             return 0.0 if mode == "stick" else dual(lambda x: x.rates[1 + j])
-        if mode == "open":
+        if phase is None or mode == "open":
             return 0.0
-        first, n = of.scene.first[k], of.scene.tangents[k]
-        N, *T = [dual_of(forces[r], [x[r] for x in changes]) for r in range(first, first + 1 + n)]
+        first, n, forces = of.scene.first[k], of.scene.tangents[k], of.forces(phase, t, y)
+        N, *T = [dual_of(forces[r], [x.forces[r] for x in ahead]) for r in range(first, first + 1 + n)]
         if what != "margin":
             return N if what == "normal" else T[j]
         mu, static, load = (
@@ -73,6 +71,25 @@ def quantities(
         return static * load
 
     return {terms: sum(one(*term) for term in terms) for terms in asked}
+
+
+def check(of: Slopes, quantity: OfContact, t: float, y: Array) -> None:
+    """Refuse an output of a contact that has no derivative.
+
+    Raises
+    ------
+    NoDerivativesError
+        One of forces with two coefficients, or beyond the end of a side.
+    """
+    k = [contact.name for contact in of.model.contacts].index(quantity.contact)
+    two = of.model.contacts[k].friction_across is not None and quantity.what in (
+        "tangential",
+        "slip",
+        "margin",
+    )
+    beyond = quantity.what in ("gap", "approach") and of.look(t, y).reach[k] < 0
+    if quantity.what not in NAMES or two or beyond:
+        raise without_derivative(f"{quantity.contact}.{quantity.what}")
 
 
 def value_along(

@@ -72,12 +72,17 @@ def test_they_are_the_limits_of_differences(s, start, seen):
     motion = fb.simulate(s, 0.93, sensitivities=[*NUMBERS], **given)
     state = ["x", "x'", "y'"] if s.name == "block" else ["x", "y", "x'", "y'"]
     times = {one.name: motion.sensitivity.times(one.name) for one in given["events"] if one.name in seen}
+    quiet = np.searchsorted(motion.t, [0.02, 0.44, 0.92])
     for j, (name, value) in enumerate(NUMBERS.items()):
         h = 2e-5 * value
         above, below = (fb.simulate(s, 0.93, values={name: value + d}, **given) for d in (h, -h))
         for quantity in state:
             difference = (above[quantity][-1] - below[quantity][-1]) / (2 * h)
             assert motion.sensitivity[quantity, name][-1] == pytest.approx(difference, rel=1e-5, abs=1e-7)
+        for what in ("normal", "margin", "slip.1" if s.name == "puck" else "slip", "gap"):
+            difference = (above[f"floor.{what}"] - below[f"floor.{what}"])[quiet] / (2 * h)
+            found = motion.sensitivity[f"floor.{what}", name][quiet]
+            assert found == pytest.approx(difference, rel=1e-5, abs=1e-6, nan_ok=True)
         for event, slopes in times.items():
             apart = [np.array([x.time for x in one.events if x.name == event]) for one in (above, below)]
             assert slopes[:, j] == pytest.approx((apart[0] - apart[1]) / (2 * h), rel=1e-5, abs=1e-7)
@@ -101,11 +106,19 @@ def test_a_margin_at_rest():
     s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
     s.contact("floor", body.origin, s.ground.plane(), friction="mu")
     s.force("F", body.origin, ("-k*t", "-5*t", 0))
-    motion = fb.simulate(s, 3, events=["floor.margin - 1"], sensitivities=["m", "mu", "k"])
+    motion = fb.simulate(s, 4.5, events=["floor.margin - 1"], sensitivities=["m", "mu", "k"])
     m, g, mu, k, _ = NUMBERS.values()
     part, time = k - 5 * mu, (mu * m * g - 1) / (k - 5 * mu)
     expected = [mu * g / part, m * g / part + 5 * time / part, -time / part]
     assert motion.sensitivity.times("floor.margin - 1") == pytest.approx(np.array([expected]), rel=1e-9)
+    sticks = (motion.t > 0) & (motion.contacts["floor"].mode == "stick")
+    assert sticks.sum() > 100
+    assert motion.sensitivity["floor.margin", "mu"][sticks] == pytest.approx(
+        m * g + 5 * motion.t[sticks], rel=1e-9
+    )
+    assert motion.sensitivity["floor.margin", "k"][sticks] == pytest.approx(-motion.t[sticks], rel=1e-9)
+    slips = motion.contacts["floor"].mode == "slip-"
+    assert slips.any() and not motion.sensitivity["floor.margin", "mu"][slips].any()  # μ_s N - |T| = 0
 
 
 def test_a_jump_is_the_time_of_a_contact():
