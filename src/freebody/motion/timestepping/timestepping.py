@@ -248,9 +248,10 @@ class _Run:
         """Keep the steps up to where the loop is, or to a blow that an event calls; return a terminal event in them."""
         if self._watched and self.reached > self.done:
             first = max(self.done - 2, 0)  # with what was before the first of them
-            course = course_of(self, first, self.reached)
-            rows = with_contacts(course, self.watch.asked)
-            moments, intervals = course.path.times, self.values.intervals()
+            moments, rows = (x[first : self.reached + 1] for x in (self.grid.times, self.states))
+            if self.watch.asked:
+                rows = with_contacts(course_of(self, first, self.reached), self.watch.asked)
+            intervals = self.values.intervals()
             for c in self.watch.found(intervals, moments, rows, first, self.done):
                 if c.time == self.grid.times[0]:  # recorded only
                     continue
