@@ -89,7 +89,7 @@ def follow(slopes: Slopes, history: History, problem: Problem, first: Array, bet
 class _Following:
     def __init__(self, slopes: Slopes, history: History, problem: Problem, between: Progress) -> None:
         self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
-        self.scene, self.moved = slopes.scene, slopes.moved
+        self.scene, self.moved, self.parameters = slopes.scene, slopes.moved, slopes.parameters
         self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
         self.alike = max(ALIKE, 1e3 * self.tolerance)
         self.happened: list[Happened] = []
@@ -186,6 +186,7 @@ class _Following:
             elif entry.kind == event_run.OTHER_VALUES:
                 self.slopes = self.changed(entry, last, sigma, tau)
             jumps |= entry.kind in JUMPS and (drives or entry.kind != event_run.OTHER_VALUES)
+        self.turn(segment)
         slopes = self.slopes
         if straight:
             length = t - straight[0].path.start
@@ -211,6 +212,13 @@ class _Following:
             raise refused(slopes, t, OTHER_FEATURES if features else "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
+
+    def turn(self, segment: Segment) -> None:
+        """Take the points on which disks that lie flat stand in a phase."""
+        slopes, own = self.slopes, segment.parameters
+        own = self.parameters if own is None else own
+        if self.history.work.it.rings and not np.array_equal(own, slopes.parameters):
+            self.slopes = Slopes(slopes.kernels, slopes.unknowns, own, slopes.seeds)
 
     def times(
         self, last: Segment | None, moment: Moment, r: Array, shifts: Array, t: float

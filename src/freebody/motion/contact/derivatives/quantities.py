@@ -18,7 +18,7 @@ from ...legs.driven_slopes import dual_of, dual_state
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
 from ...trajectory.outputs import OfContact
-from .slopes import ADHESION, Slopes, Touch, refused, title, without_derivative
+from .slopes import ADHESION, Slopes, Touch, refused, title, turned_points, without_derivative
 
 Way = tuple[Array, float, Array]
 """Changes of (q, u), of the time and of the symbols of `Slopes`."""
@@ -32,10 +32,13 @@ def quantities(
     Raises
     ------
     NoDerivativesError
-        The margin of a contact that is about to bear friction.
+        The margin of a contact that is about to bear friction; the force of a point that has turned with the load.
     """
     ahead = [] if phase is None else [of.along(phase, t, y, *way) for way in ways]
     names = [contact.name for contact in of.model.contacts]
+    turned = (
+        [k for points in turned_points(of.model, of.parameters) for k in points] if of.model.rings else []
+    )
 
     def one(name: str, what: str, j: int) -> Any:
         k = names.index(name)
@@ -53,6 +56,9 @@ def quantities(
             return 0.0 if mode == "stick" else dual(lambda x: x.rates[1 + j])
         if phase is None or mode == "open":
             return 0.0
+        if k in turned:
+            what = "the points on which a disk lies have turned with the load, and with them the force of"
+            raise refused(of, t, f"{what} {title(of, k)}")
         first, n, forces = of.scene.first[k], of.scene.tangents[k], of.forces(phase, t, y)
         N, *T = [dual_of(forces[r], [x.forces[r] for x in ahead]) for r in range(first, first + 1 + n)]
         if what != "margin":

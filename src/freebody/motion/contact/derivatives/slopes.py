@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....errors import NoDerivativesError
+from ....model import Model
 from ....native import loop
+from ...events.rings import POINTS
 from ...kernels.contact_quantities import NAMES
 from ...kernels.kernels import Kernels
 from ...kernels.program import at_state
@@ -229,6 +231,16 @@ def slopes_code(name: str) -> loop.Function:
         return vars(projection) | vars(phase_slopes)
 
     return loop.made(_MODULES[0], _MODULES, _FUNCTIONS, named, passes="few").functions[name]
+
+
+def turned_points(model: Model, parameters: Array) -> list[range]:
+    """Return the points of each disk that have turned with the load (`events.rings`), as numbers of contacts."""
+    values = dict(zip((p.name for p in model.parameters), parameters.tolist(), strict=True))
+    return [
+        range(ring.first, ring.first + POINTS)
+        for ring in model.rings
+        if tuple(values[name] for name in ring.names) != (1.0, 0.0)
+    ]
 
 
 def title(slopes: Slopes, k: int) -> str:
