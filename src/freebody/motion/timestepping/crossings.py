@@ -58,7 +58,7 @@ class Crossings:
                 result += self._jumps(others, constants, times[some][:1], rows[some][:1])
             g = self._values(times[some], rows[some], constants)
             result += self._within(g, before, constants, times[some], rows[some], late)
-            before = g[-2]
+            before = g[-2:][0]
         ordered = sorted(result, key=lambda one: one.time)
         return tuple(replace(one, state=one.state[:n]) for one in ordered)
 

@@ -139,6 +139,11 @@ def test_zero_for_a_moment_is_passed_and_zero_for_longer_is_left():
         assert landing == pytest.approx(0.2, abs=2 * STEP) and (motion.status == "finished") != terminal
 
 
+def test_a_run_without_a_step():
+    motion = fb.simulate(block("0"), 0, events=[fb.event("floor.normal - 1", terminal=True)], **STEPS)
+    assert motion.status == "finished" and len(motion.events) == 0
+
+
 def test_a_number_is_expected():
     with pytest.raises(fb.errors.SimulationError, match="Expected a number for event '1/floor.slip' at t = "):
         fb.simulate(block("0"), 1, initial={"x'": 1}, events=["1/floor.slip"], **STEPS)
