@@ -290,7 +290,7 @@ def test_quantities_without_derivatives():
     )
     with pytest.raises(NoDerivativesError, match=message):
         bounces.sensitivity["max(y0)", "e"]
-    for quantity in ("work", "floor.margin", "plane.force"):
+    for quantity in ("work", "floor.mode", "plane.force"):
         with pytest.raises(
             SimulationError, match=f"one of kinetic_energy, .* with contacts, got '{quantity}'"
         ):

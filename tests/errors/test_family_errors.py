@@ -52,14 +52,6 @@ def test_outputs_of_pairs(method, output, text):
         fb.simulate(s, 0.01, initial=start, **method)[output]
 
 
-def test_events_are_expressions():
-    s, start = row(3)
-    with pytest.raises(
-        fb.errors.SimulationError, match="which time steps watch, got .*, a quantity of a contact.*an output"
-    ):
-        fb.simulate(s, 0.01, initial=start, events="row[b0,b1].gap", method="timestepping", step=0.01)
-
-
 def test_displacements_that_are_not_linear():
     s = fb.System("crank")
     q = s.coordinates("q")

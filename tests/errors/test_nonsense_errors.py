@@ -135,11 +135,6 @@ def test_laws_that_time_stepping_does_not_know():
         SimulationError, match="friction of contact 'floor' is below 0 or has no value .* t = 0.05 s"
     ):
         fb.simulate(s, 0.1, **run)
-    s, body = machine(friction=0.3)
-    with pytest.raises(SimulationError, match="The blow 'wall' meets a surface"):
-        fb.simulate(
-            s, 0.1, impulses=[fb.blow(0.05, at=body, normal=(1, 0, 0), restitution=0, name="wall")], **run
-        )
 
 
 def _described():

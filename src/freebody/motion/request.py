@@ -33,7 +33,6 @@ from .start.arguments import (
 from .start.initial import asks_for_many, initial_state, number
 from .start.loop_closure import closed_start
 from .start.signals import at_time, check_signals
-from .trajectory.contact_expressions import refuse_of_contacts
 from .trajectory.event import EventSpec, expressions_of, specs_of, switch_specs
 from .trajectory.progress import Halt, Progress
 
@@ -255,8 +254,6 @@ def problem_of(request: Request) -> Problem:
     times = output_times(request.times, begin, end)
     specs = (*specs_of(request.events), *switch_specs(model))
     expressions = expressions_of(model, specs)
-    if method == "timestepping":
-        refuse_of_contacts(expressions, "which time steps watch")
     check_signals(model)
     initial = {} if request.initial is None else request.initial
     if model.constraints:

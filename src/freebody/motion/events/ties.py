@@ -51,6 +51,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """Set which laws that hold with equality end: return their number.
 
     A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
+    Where N and the limit of friction fall to zero together, a contact that may slip opens.
     """
     set_up(it, contacts)
     length = go_straight(it)
@@ -60,7 +61,9 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     it.watched(it.t + length, it.trial, it.phase, later)
     for i in range(phase.endings):
         k, law, e = it.ending[i], phase.law[i], it.events + i
-        if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
+        if it.tied[k] != 0 and (
+            it.ends[k] == event_run.NO_REASON or (law == laws.NORMAL and it.ends[k] == event_run.CONE_REACHED)
+        ):
             fell = 0.0
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]

@@ -75,8 +75,8 @@ class Drives:
     ``potential``   True if a constant of a potential changes
     """
 
-    touched: Callable[[], Mapping[Any, float]] | None = None
-    """What gives the present quantities of contacts that sensors take, in a run that knows them."""
+    touched: Callable[[], Mapping[Any, Any]]
+    """What gives the present quantities of contacts that sensors take; the run sets it."""
 
     def __init__(
         self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float, most: int
@@ -193,7 +193,7 @@ class Drives:
             constants = program.constants(self.kernels.parameters(self.numbers))
             result.update(zip(names, at_state(program, "values", t, y, constants).tolist(), strict=True))
         if of_contacts:
-            state, numbers = state_at(self.model, y, t, self.numbers), self._touched(i)
+            state, numbers = state_at(self.model, y, t, self.numbers), self.touched()
             result.update({name: float(x.value(state, numbers)) for name, x in of_contacts.items()})
         return result
 
@@ -201,17 +201,6 @@ class Drives:
     def sensed(self) -> tuple[OfContacts, ...]:
         """Expressions of quantities of contacts that sensors of controllers give."""
         return tuple(x for _, _, of_contacts in self._sensors for x in of_contacts.values())
-
-    def _touched(self, i: int) -> Mapping[Any, float]:
-        """Return the quantities of contacts that the sensors of a controller take."""
-        if self.touched is None:
-            name, (sensor, x) = self.model.controllers[i].name, next(iter(self._sensors[i][2].items()))
-            raise SimulationError(
-                f"Expected an expression of coordinates, speeds, parameters and the time for sensor '{sensor}' of "
-                f"controller '{name}' in a run with derivatives, got '{x}': what contacts do at a sample has no "
-                "derivatives. Leave sensitivities= out, or write the sensor in these."
-            )
-        return self.touched()
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
         """Return the error for a function that fails."""

@@ -104,12 +104,16 @@ class DifferentiatedDrives(Drives):
         ).reshape(self.count, len(names))
 
     def _sensed(self, i: int, t: Any, y: Any) -> dict[str, Any]:
-        sensors = self.model.controllers[i].sensors
-        if self._sensors[i][2]:
-            self._touched(i)
+        of_contacts = self._sensors[i][2]
         values = [_plain(self.numbers[p.name]) for p in self.model.parameters]
         state = dual_state(self.model, _plain(t), [_plain(x) for x in y], values)
-        return {name: _numeric(state(expression)) for name, expression in sensors}
+        numbers = self.touched() if of_contacts else {}
+        return {
+            name: _numeric(
+                of_contacts[name].value(state, numbers) if name in of_contacts else state(expression)
+            )
+            for name, expression in self.model.controllers[i].sensors
+        }
 
     def _failed(self, controller: Controller, t: float, error: Exception) -> SimulationError:
         return NoDerivativesError(

@@ -11,19 +11,19 @@ from ...describe.body import Body
 from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.conditions.constrained import independent_rows
-from ...dynamics.kinematics import place_of, rotation
+from ...dynamics.kinematics import place_of, point_velocity, rotation
 from ...dynamics.state import State, state_at
 from ...errors import ModelError, arguments_named, nearest
 from ...model.assemble import assemble
 from ...model.model import Model
 from ...model.values import check_assumptions
-from ...scalar.algebra import ZERO, Expression, Matrix, Vector, apply
+from ...scalar.algebra import ZERO, Expression, Matrix, Vector, apply, dot
 from ...space.rotation import Rotation
 from ...symbolic.derivation.bodies import own_body
 from ...symbolic.derivation.contact_modes import check_modes_are_chosen
 from ...symbolic.equations import Equations
 from ...symbolic.impulses.impulse import Struck
-from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
+from ...symbolic.impulses.impulse_jumps import Jumps, exact_jumps, float_jumps, percussion, restituted
 from ...symbolic.solving.vocabulary import Vocabulary
 from ..kernels.kernels import kernels_of
 from ..start.initial import initial_state, number, quaternions_by_joint
@@ -103,7 +103,6 @@ def impulse(
     """
     e = _equations(s, "fb.impulse")
     model = e.model
-    point = _point(model, at)
     trajectory = initial if hasattr(initial, "path") and hasattr(initial, "at") else None
     if trajectory is not None:
         t = float(trajectory.path.times[-1]) if t is None else t
@@ -122,20 +121,41 @@ def impulse(
             y, active = initial_state(model, numbers, initial or {}), ()
         state = state_at(model, y, begin, values)
         jumps = float_jumps(model, state, active or independent_rows(model, state))
-    if normal is not None or restitution is not None:
-        if impulse is not None or normal is None or restitution is None:
-            raise ModelError(
-                "Expected either impulse=, or normal= and restitution= together, from which the impulse follows."
-            )
-        direction = _vector(state, normal, _axes(model, state, frame), "the normal")
-        if all(c == 0 for c in direction):
-            raise ModelError(f"Expected a direction for the normal, got {normal!r}.")
-        e_N = state(model.names.expression(restitution, "the coefficient of restitution"))
-        P = restituted(e, state, jumps, point, direction, e_N)
-        _, _, n = resolved_blow(model, state, point, ZERO, moment, frame)
-    else:
-        _, P, n = resolved_blow(model, state, point, impulse, moment, frame)
-    return Struck(e, state, jumps, [(point, P, n)])
+    options = dict(at=at, impulse=impulse, moment=moment, frame=frame, normal=normal, restitution=restitution)
+    return Struck(e, state, jumps, [acting_blow(model, state, jumps, options, values is None)])
+
+
+def acting_blow(
+    model: Model, state: State, jumps: Jumps, options: Mapping[str, Any], exact: bool = False
+) -> tuple[Point, Vector, Vector]:
+    """Return the point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; options are arguments
+    of :func:`impulse`. That of a surface changes the speeds of the state, as the ``jumps`` of the speeds say.
+
+    Raises
+    ------
+    ModelError
+        A point of another system, no impulse, an impossible impact.
+    """
+    keys = ("impulse", "normal", "restitution", "moment", "frame")
+    impulse, normal, restitution, moment, frame = (options[key] for key in keys)
+    if normal is None and restitution is None:
+        return resolved_blow(model, state, options["at"], impulse, moment, frame)
+    if impulse is not None or normal is None or restitution is None:
+        raise ModelError(
+            "Expected either impulse=, or normal= and restitution= together, from which the impulse follows."
+        )
+    direction = _vector(state, normal, _axes(model, state, frame), "the normal")
+    if all(c == 0 for c in direction):
+        raise ModelError(f"Expected a direction for the normal, got {normal!r}.")
+    e_N = state(model.names.expression(restitution, "the coefficient of restitution"))
+    point, _, n = resolved_blow(model, state, options["at"], ZERO, moment, frame)
+    return point, restituted(model, state, jumps, point, direction, e_N, exact), n
+
+
+def approach_to_surface(model: Model, state: State, options: Mapping[str, Any]) -> float:
+    """Return the speed, times |normal|, with which the point of a blow approaches the surface that it meets [m/s]."""
+    normal = _vector(state, options["normal"], _axes(model, state, options["frame"]), "the normal")
+    return -float(dot(normal, point_velocity(model, state, _point(model, options["at"]))))
 
 
 def resolved_blow(

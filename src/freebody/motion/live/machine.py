@@ -111,7 +111,7 @@ class LiveMachine:
             state(self.named[i]) if i in self.named else x for i, x in enumerate(map(float, setting.state))
         ]
         events = expressions_of(model, setting.specs)
-        refuse_of_contacts(events, "which a page watches")
+        refuse_of_contacts(events)
         result: dict[str, list[Scalar]] = {
             "beginning": [*start, *[0] * (self.size - len(start))],
             "conditions": [state(x) for x in model.assumed],

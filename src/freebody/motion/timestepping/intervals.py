@@ -30,10 +30,13 @@ class Intervals:
     parameters: Array
     jumps: Array
 
-    def until(self, steps: int) -> Intervals:
-        """Return the intervals of the first steps."""
-        some = (self.first < steps) | (self.first == 0)
-        return Intervals(self.first[some], self.parameters[some], self.jumps[some])
+    def between(self, first: int, last: int) -> Intervals:
+        """Return the intervals of the steps from ``first`` to before ``last``, which are numbered from 0."""
+        begin = int(self.of_steps(first))
+        some = slice(begin, max(int(self.of_steps(last - 1)), begin) + 1)
+        jumps = self.jumps[some].copy()
+        jumps[0] = 0.0 if first > 0 else jumps[0]
+        return Intervals(np.maximum(self.first[some] - first, 0), self.parameters[some], jumps)
 
     def of_steps(self, steps: Any) -> Any:
         """Return the number of the interval of each step."""

@@ -51,9 +51,10 @@ class PairLog(Sequence[Array]):
         self.entries[first:last] = entries[: last - first]
         self.ends[step + 1 : step + 1 + len(ends)] = first + ends
 
-    def until(self, steps: int) -> PairLog:
-        """Return the log of the first steps."""
-        return PairLog(self.entries[: self.ends[steps]], self.ends[: steps + 1])
+    def between(self, first: int, last: int) -> PairLog:
+        """Return the log of the steps from ``first`` to before ``last``."""
+        ends = self.ends[first : last + 1]
+        return PairLog(self.entries[ends[0] : ends[-1]], ends - ends[0])
 
     @property
     def steps(self) -> NDArray[np.int64]:

@@ -8,16 +8,14 @@ each contact satisfies Signorini's and Coulomb's conditions to the residual that
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from ...dynamics.conditions.constraints import rows as conditions
-from ...dynamics.impulse import blows_on, generalized_impulse
-from ...dynamics.state import State, float_state
-from ...errors import ModelError, SimulationError
+from ...errors import SimulationError
 from ..ending import End
 from ..families.family_record import ENTRY
 from ..families.memory import label_of
@@ -25,8 +23,8 @@ from ..kernels.contact_quantities import asked_by
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.driven import Drives
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
-from ..ode.dense_output import Array, Crossing, Rates, observe
-from ..phase.candidates import layout_of, stretch_numbers
+from ..ode.dense_output import Array, Crossing, observe
+from ..phase.candidates import layout_of
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_forwards, most_steps
 from ..start.fitting import refuse_misfits
@@ -36,15 +34,14 @@ from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
-from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
-from .crossings import crossings
+from .blows import calls, strike
+from .crossings import Crossings
 from .failure import MOST_SWEEPS, accept, check_laws, failure
 from .grid import Grid, grid_of
 from .intervals import Values
-from .last_step import touched
-from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of, set_parameters
 from .pair_motion import PairLog, width_of
+from .pieces import course_of, touched, with_contacts
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -78,10 +75,6 @@ def _run_of(problem: Problem) -> _Run:
     """Return a run, ready for its first step."""
     request, kernels, values = problem.request, problem.kernels, problem.numbers
     model, step, begin, end = kernels.model, request.step, problem.begin, problem.end
-    if not (model.contacts or model.families):
-        raise SimulationError(
-            "method='timestepping' is for machines with contacts, and this one has none. Take method='auto'."
-        )
     if step is None:
         raise SimulationError(
             "Expected the length of a step for method='timestepping', such as step=1e-3 [s]."
@@ -92,12 +85,6 @@ def _run_of(problem: Problem) -> _Run:
     check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     check_laws(kernels, values)
     blows = blows_of(request.impulses)
-    for one in blows:
-        if one.options["normal"] is not None or one.options["restitution"] is not None:
-            raise SimulationError(
-                f"The blow '{one.name}' meets a surface (normal=, restitution=), which method='timestepping' solves "
-                "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
-            )
     most = most_steps(request.max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
     drives = Drives(kernels, values, begin, end, most) if model.switched else None
     grid = grid_of(begin, end, h, drives.stops() if drives else (), most)
@@ -128,7 +115,8 @@ class _Run:
         calls = [call_of(one) for one in self.called]
         self.asked = len(specs)
         self.specs = [*specs, *calls]
-        self.expressions = [*problem.expressions, *expressions_of(model, calls)]
+        self.expressions = (*problem.expressions, *expressions_of(model, calls))
+        self.watch = Crossings(kernels, self.specs, self.expressions)
         n, E = model.n_q + model.n_u, len(self.first)
         self.states = np.empty((count + 1, n))
         # pages of memory are used as the steps are written
@@ -237,7 +225,7 @@ class _Run:
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
         size = int(min(*self.timed, self.values.next_change(), self.count)) - self.done
         if now:
-            self._strike(now, self.states[self.done].copy())
+            strike(self, now)
             size = 1
         elif self._watched:
             contacts = len(self.first) + self.memory.families.members.count
@@ -258,50 +246,30 @@ class _Run:
 
     def _look(self) -> Crossing | None:
         """Keep the steps up to where the loop is, or to a blow that an event calls; return a terminal event in them."""
-        some = slice(self.done, self.reached + 1)
-        states = self.states[some]
-        moments, intervals = self.grid.times[some], self.values.intervals()
-        if self._watched and len(states) > 1:
-            watched = self.specs, self.expressions, moments, states, self.done
-            for c in crossings(self.kernels, intervals, *watched):
+        if self._watched and self.reached > self.done:
+            first = max(self.done - 2, 0)  # with what was before the first of them
+            moments, rows = (x[first : self.reached + 1] for x in (self.grid.times, self.states))
+            if self.watch.asked:
+                rows = with_contacts(course_of(self, first, self.reached), self.watch.asked)
+            intervals = self.values.intervals()
+            for c in self.watch.found(intervals, moments, rows, first, self.done):
+                if c.time == self.grid.times[0]:  # recorded only
+                    continue
                 if c.number < self.asked:
                     if self.specs[c.number].terminal:
                         self.done = self.reached
                         return c
                     continue
                 one = self.called[c.number - self.asked]
-                if self.struck or not self.left[id(one)] > 0:
+                if not calls(self, one, c) or not self.left[id(one)] > 0:
                     continue
                 self.left[id(one)] -= 1  # return to the beginning of the step and apply the blow there
-                self.reached = self.done + max(int(np.searchsorted(moments, c.time, side="left")) - 1, 0)
+                step = int(np.searchsorted(moments, c.time, side="left")) - 1 + first
+                self.reached = max(step, self.done)
                 self.timed.setdefault(-1, []).append(one)
                 break
         self.done = self.reached
         return None
-
-    def _strike(self, now: Sequence[Blow], y: Array) -> None:
-        """Set the generalized impulse of blows, computed from the positions in the middle of the step."""
-        n_q, t, h = self.model.n_q, self.grid.times[self.done], self.grid.lengths[self.done]
-        rates = observe(
-            self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.memory.machine.c
-        )
-        q = middle_of(self.model, y[None], rates, h)[0]
-        state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + h / 2, self.values.numbers)
-        from ..legs.impulse import resolved_blow  # imports all rooms of equations
-
-        told = []
-        for one in now:
-            options = {key: one.options[key] for key in ("at", "impulse", "moment", "frame")}
-            try:
-                told.append((one.name, [resolved_blow(self.model, state, **options)]))
-            except ModelError as error:
-                raise SimulationError(
-                    f"The blow '{one.name}' at t = {t:.9g} s cannot be applied: {error}"
-                ) from None
-        loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])
-        blow = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
-        self.memory.blow[:] = blow[self.shape.order]
-        self.blows[self.done] = told
 
     def _now(self) -> float:
         """Return the time up to which the loop is."""
@@ -356,47 +324,18 @@ class _Run:
         return done
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
-        n, done = self.states.shape[1], self.done
-        states, logs = self.states[: done + 1], self.log.until(done)
-        impulses, works, corrections = (part[:done] for part in (self.impulses, self.works, self.moved))
-        modes, moments = self.modes[:done], self.grid.times[: done + 1]
-        if stop is not None:  # within a step: keep its part up to the event
-            k = int(np.searchsorted(moments, stop.time, side="left"))
-            part = (stop.time - moments[k - 1]) / self.grid.lengths[k - 1]
-            states, moments = (
-                np.concatenate([states[:k], stop.state[None]]),
-                np.append(moments[:k], stop.time),
-            )
-            impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs.until(k)
-            corrections = corrections[:k].copy()
-            corrections[-1] = 0  # that of this step is at its end
-            impulses[-1] *= part
-            works[-1] *= part
-            logs[k - 1][:, IMPULSES] *= part
-        steps = range(len(impulses))
-        seen = 0, n, self.memory.machine.c, tuple(self.model.quaternions)
-        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
-        specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
-        intervals = self.values.intervals().until(len(steps))
-        crossed = crossings(self.kernels, intervals, specs, expressions, moments, states)
+        last = self.done if stop is None else int(np.searchsorted(self.grid.times, stop.time, side="left"))
+        course = course_of(self, 0, last, stop)
+        path = course.path
+        watch = Crossings(self.kernels, self.specs[: self.asked], self.expressions[: self.asked])
+        rows = with_contacts(course, watch.asked)
+        crossed = watch.found(course.intervals, path.times, rows)
         if stop is not None:  # the last state is the event itself
             earlier = (
-                c for c in crossed if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+                c
+                for c in crossed
+                if c.time < path.times[-2] or (c.time < stop.time and c.number != stop.number)
             )
             crossed = (*earlier, stop)
-        lengths = self.grid.lengths[: len(steps)]
-        path = Steps(rates, moments, lengths, states, crossed, status, 0, 0, len(states))
-        constraints = np.zeros((len(impulses), len(conditions(self.model))))
-        constraints[:, self.shape.held] = impulses[:, self.rows :]
-        numbers = self.problem.numbers
-        forces = impulses[:, : self.rows] * stretch_numbers(self.model, numbers)
-        did = Impulses(
-            forces, constraints, works, corrections, modes,
-            {k: told for k, told in self.blows.items() if k in steps}, logs,
-        )  # fmt: skip
-        run = self.memory
-        sweeps = run.sweeps / max(self.done, 1)
-        stepping = Stepping(self.grid.longest, run.residual, run.depth, sweeps, run.reduced)
-        layout = self.first, self.tangents
-        course = InSteps(self.kernels, dict(numbers), path, did, stepping, layout, intervals)
-        return Trajectory(*self.problem.outcome(path), course=course)
+        path = replace(path, crossings=crossed, status=status)
+        return Trajectory(*self.problem.outcome(path), course=replace(course, path=path))

@@ -15,6 +15,7 @@ from ...scalar.expression import exact
 from ...scalar.parser import parse
 from ..kernels.contact_quantities import NAMES, OfContacts
 from .outputs import quantity_of
+from .phases import Phases
 
 SAME = 1e-12
 """Time within which an event belongs to both phases that meet there [s]."""
@@ -127,19 +128,20 @@ def refuse_outputs(model: Model, value: Any, what: str, known: str) -> None:
     )
 
 
-def refuse_of_contacts(expressions: Iterable[Any], where: str) -> None:
-    """Raise if an expression takes quantities of contacts, where nothing watches these."""
+def refuse_of_contacts(expressions: Iterable[Any]) -> None:
+    """Raise if an expression takes quantities of contacts, in a motion that a page computes."""
     for x in expressions:
         if isinstance(x, OfContacts):
             raise SimulationError(
-                f"Expected events of coordinates, speeds and the time, {where}, got '{x}', a quantity of a contact. "
-                "Motions from event to event, without method='timestepping', locate it; here it is an output."
+                f"Expected events of coordinates, speeds and the time, which a page watches, got '{x}', a quantity of "
+                "a contact. A motion of fb.simulate watches it; in the page it is a chart: leave the event out, or "
+                "live=True."
             )
 
 
 def note_of(model: Model, watched: OfContacts | None, path: Any, time: float) -> str:
     """Return what is to be said of an event of forces that the motion does not determine then; else an empty text."""
-    if watched is None:
+    if watched is None or not isinstance(path, Phases):
         return ""
     first, at = {}, 0
     for contact in model.contacts:

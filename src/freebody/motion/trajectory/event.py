@@ -101,7 +101,8 @@ def event(
     """Return an event to watch for in a simulation: ``expression`` passes through zero.
 
     A jump from one sign to the other passes through zero; a pole such as that of ``1/theta`` does not. A run does not
-    start, and stops, where the expression has no value.
+    start, and stops, where the expression has no value. In time steps events lie on the straight line between the ends
+    of a step.
 
     Parameters
     ----------

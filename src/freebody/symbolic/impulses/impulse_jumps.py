@@ -126,16 +126,17 @@ def float_jumps(model: Model, state: State, active: Sequence[int]) -> Jumps:
 
 
 def restituted(
-    e: Equations, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Scalar
+    model: Model, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Scalar, exact: bool
 ) -> Vector:
     """Return the impulse along the normal that changes n·v⁻ to -e n·v⁻ (Newton's restitution).
+
+    With ``exact`` state and restitution are expressions, whose signs are not known.
 
     Raises
     ------
     ModelError
         A point that cannot move along the normal; with numbers, a point that does not approach, or e outside 0..1.
     """
-    model = e.model
     length = state.field.sqrt(dot(normal, normal))
     n = (divide(normal[0], length), divide(normal[1], length), divide(normal[2], length))
     jump, _ = jumps(generalized_impulse(model, state, blows_on(model, state, [(point, n, ZERO)])))
@@ -143,7 +144,6 @@ def restituted(
     speed = dot(n, point_velocity(model, state, point))
     if type(gain) is Ratio:
         gain = gain.tidy()
-    exact = state.field is e.ring
     if gain == 0 or (not exact and not gain > 0):
         raise ModelError(
             f"No impulse at {point} can change its velocity along the normal: the joints hold it there."

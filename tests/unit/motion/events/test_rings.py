@@ -134,11 +134,54 @@ def test_a_cylinder_on_a_slope_that_grows_steeper_tips_at_the_ratio_of_radius_an
     assert tipped(motion) == pytest.approx(begins, abs=1e-8)
 
 
-def test_derivatives_are_those_before_points_turn():
-    with pytest.raises(SimulationError, match="A disk of 'can' that lies flat turns the points on which it stands with the load, or tips, at t = .* s, and a motion has no derivatives here beyond that. Take differences of runs"):  # fmt: skip  # noqa: E501
+def test_derivatives_end_where_a_disk_tips():
+    with pytest.raises(SimulationError, match="A disk of 'can' that lies flat tips at t = .* s, and a motion has no derivatives here beyond that. Take differences of runs"):  # fmt: skip  # noqa: E501
         fb.simulate(
             pushed(), 1.1, initial=START, values={"F": M * G * R / HIGH, "al": 0.3}, sensitivities=["F"]
         )
+
+
+def stand():
+    """A can on which a pendulum swings about a skew axis."""
+    s = fb.System("stand")
+    s.parameters(m=1.0, load=1.5, L=0.3, mu=1.2)
+    s.gravity = (0, 0, -G)
+    can = s.body("can", fb.cylinder("m", 0.1, 0.1))
+    s.free("air", s.ground, can)
+    s.contact("floor", can.circle(0.1, at=(0, 0, -0.05)), s.ground.plane(normal="z"), friction="mu")
+    bob = s.body("bob", fb.particle("load"))
+    s.hinge("pin", can, bob, at=(0, 0, 0.05), to=(0, 0, "L"), axis=(0.6, 0.8, 0), coordinate="a")
+    return s
+
+
+def test_derivatives_go_on_where_points_turn_that_stick():
+    """They are those of a pendulum on a pin that stands still."""
+    s, start = stand(), {"air_z": 0.05, "a": 1.3}
+    motion = fb.simulate(s, 1.2, initial=start, sensitivities=["L", "load"], tolerance=1e-11)
+    assert sum(one.why == "its points turned with the load" for one in motion.modes) > 3
+    fixed = fb.System("pendulum")
+    fixed.parameters(load=1.5, L=0.3)
+    fixed.gravity = (0, 0, -G)
+    bob = fixed.body("bob", fb.particle("load"))
+    fixed.hinge("pin", fixed.ground, bob, to=(0, 0, "L"), axis=(0.6, 0.8, 0), coordinate="a")
+    given = {"initial": {"a": 1.3}, "sensitivities": ["L", "load"], "tolerance": 1e-11}
+    alone = fb.simulate(fixed, 1.2, **given, times=motion.t)
+    for name in ("L", "load"):
+        np.testing.assert_allclose(motion.sensitivity["a", name], alone.sensitivity["a", name], atol=1e-7)
+
+
+def test_derivatives_do_not_know_the_angle_of_points():
+    s, start = stand(), {"air_z": 0.05, "a": 1.3}
+    motion = fb.simulate(s, 0.3, initial=start, sensitivities=["L"])
+    said = (
+        "points on which a disk lies have turned with the load, and with them the force of contact 'floor_2'"
+    )
+    with pytest.raises(SimulationError, match=said):
+        motion.sensitivity["floor_2.normal", "L"]
+    s.force("push", s.bodies["can"].origin, ("100*t^4", 0, 0))
+    said = "A disk of 'stand' that lies flat slides on points that have turned with the load at t = "
+    with pytest.raises(SimulationError, match=said):
+        fb.simulate(s, 0.8, initial=start, values={"mu": 0.9}, sensitivities=["L"])
 
 
 def test_a_saved_motion_has_the_points_that_turned(tmp_path):

@@ -16,7 +16,10 @@ def test_parts_and_steps():
     assert list(one.parts(5, 9)) == [(1, 5, 9)]
     assert list(one.parts(9, 10)) == [(2, 9, 10)]
     assert one.work_until([0, 4, 10]).tolist() == [0.0, 2.0, 1.0]
-    assert one.until(9).first.tolist() == [0, 4] and one.until(0).first.tolist() == [0]
+    assert one.between(0, 9).first.tolist() == [0, 4] and one.between(0, 0).first.tolist() == [0]
+    some = one.between(6, 10)  # the jump at its start is that of an earlier step
+    assert some.first.tolist() == [0, 3] and some.parameters.tolist() == [[1.0], [2.0]]
+    assert some.jumps.tolist() == [0.0, -1.0] and one.between(4, 5).first.tolist() == [0]
 
 
 def test_values_change_once_at_each_sample():

@@ -146,10 +146,48 @@ def test_refusals():
         fb.simulate(s, 1, method="timestepping", step=0.01)
     with pytest.raises(SimulationError, match="no way back"):
         fb.simulate(s, -1, initial={"y": 0.1}, method="timestepping", step=0.01)
-    free = fb.System("free")
-    free.slider("rail", free.ground, free.body("b", fb.particle(1)), axis="x", coordinate="x")
-    with pytest.raises(SimulationError, match="for machines with contacts"):
-        fb.simulate(free, 1, method="timestepping", step=0.01)
+
+
+def test_machines_without_contacts_move_by_the_midpoint_rule():
+    """A contact that never closes changes nothing, and a body that flies keeps its energy and its momenta."""
+    found = []
+    for far in (False, True):
+        s = fb.System("free")
+        body = s.body("b", fb.box(1, (1, 2, 3)))
+        s.free("f", s.ground, body)
+        if far:
+            s.contact("far", body.origin, s.ground.plane(at=(0, -50, 0)), friction=0.3)
+        start = {"f_wx": 1, "f_wy": 0.1, "f_wz": 0.2, "f_vx": 1}
+        motion = fb.simulate(s, 5, initial=start, method="timestepping", step=1e-2)
+        found.append(motion.path.states)
+        assert np.ptp(motion.energy.kinetic) < 1e-13 and np.ptp(motion["f_vx"]) > 0.01
+    np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize("damping", [0, 4])
+def test_a_lone_soft_stop(damping):
+    """Its switches are events; the motion comes to that by events as the steps become shorter."""
+    s = fb.System("pendulum at a soft wall")
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="theta")
+    s.stop("wall", pin, low=0, stiffness=500, damping=damping)
+    exact = fb.simulate(s, 1.2, initial={"theta": 0.5})
+    for step in (1e-3, 1e-4):
+        motion = fb.simulate(s, 1.2, initial={"theta": 0.5}, method="timestepping", step=step)
+        assert (
+            [x.name for x in motion.events]
+            == ["wall touches", "wall leaves"]
+            == [x.name for x in exact.events]
+        )
+        assert max(abs(a.time - b.time) for a, b in zip(motion.events, exact.events, strict=True)) < step
+        assert abs(motion["theta"][-1] - exact["theta"][-1]) < step
+        assert motion.modes == [] and motion.contacts == {}
+    batch = fb.simulate(
+        s, 1, initial={"theta": [0.5, 0.6]}, outputs="theta", method="timestepping", step=1e-3
+    )
+    alone = fb.simulate(s, 1, initial={"theta": 0.6}, method="timestepping", step=1e-3)
+    assert batch["theta"][1, -1] == alone["theta"][-1]
 
 
 def test_a_terminal_event_stops_between_two_steps():

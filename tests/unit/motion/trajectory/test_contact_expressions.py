@@ -89,14 +89,17 @@ def test_an_unknown_contact_of_an_event():
         fb.simulate(machine(), 0.1, initial={"f_z": 0.2}, events=[fb.event("nosuch.normal - 5")])
 
 
-def test_time_steps_refuse_them():
+def test_pages_refuse_them(tmp_path):
+    s = fb.System("ball")
+    body = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, body, axis="y", coordinate="y")
+    s.contact("floor", body.origin, s.ground.plane())
+    motion = fb.simulate(s, 0.1, initial={"y": 1}, events=["floor.gap - 1"])
     with pytest.raises(
         fb.errors.SimulationError,
-        match="which time steps watch, got 'floor.gap', a quantity of a contact.*an output",
+        match="the time, which a page watches, got 'floor.gap - 1', a quantity of a contact.*out, or live=True.",
     ):
-        fb.simulate(
-            machine(), 1, initial={"f_z": 0.2}, events=["floor.gap"], method="timestepping", step=0.01
-        )
+        fb.report(s, motion, tmp_path / "page.html", live=True)
 
 
 def test_an_expression_without_a_value_at_the_start_is_refused():

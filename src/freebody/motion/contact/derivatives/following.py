@@ -16,6 +16,7 @@ import numpy as np
 from ....errors import NoDerivativesError
 from ...ending import End
 from ...events import event_run
+from ...kernels.contact_quantities import asked_by
 from ...legs.blow import located
 from ...legs.blow_slopes import Struck, event_along
 from ...legs.driven_slopes import DifferentiatedDrives
@@ -31,6 +32,7 @@ from ..history import Entry, History, impact_of
 from .impact_slopes import Impact, bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
+from .quantities import quantities
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
 from .slopes import Slopes, refused, title
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
@@ -87,7 +89,7 @@ def follow(slopes: Slopes, history: History, problem: Problem, first: Array, bet
 class _Following:
     def __init__(self, slopes: Slopes, history: History, problem: Problem, between: Progress) -> None:
         self.slopes, self.history, self.problem, self.between = slopes, history, problem, between
-        self.scene, self.moved = slopes.scene, slopes.moved
+        self.scene, self.moved, self.parameters = slopes.scene, slopes.moved, slopes.parameters
         self.tolerance = float(problem.tolerances[: self.moved].max(initial=1e-12))
         self.alike = max(ALIKE, 1e3 * self.tolerance)
         self.happened: list[Happened] = []
@@ -182,8 +184,9 @@ class _Following:
                 sigma = after_blow_in_joints(self.slopes, self.struck(entry), sigma, tau)
                 hits.clear()  # bounces before it have not ended
             elif entry.kind == event_run.OTHER_VALUES:
-                self.slopes = self.changed(entry, sigma, tau)
+                self.slopes = self.changed(entry, last, sigma, tau)
             jumps |= entry.kind in JUMPS and (drives or entry.kind != event_run.OTHER_VALUES)
+        self.turn(segment)
         slopes = self.slopes
         if straight:
             length = t - straight[0].path.start
@@ -209,6 +212,13 @@ class _Following:
             raise refused(slopes, t, OTHER_FEATURES if features else "the forces of contacts jump there")
         result = sigma - np.outer(tau, after)
         return result, [self.straight(one, result) for one in straight]
+
+    def turn(self, segment: Segment) -> None:
+        """Take the points on which disks that lie flat stand in a phase."""
+        slopes, own = self.slopes, segment.parameters
+        own = self.parameters if own is None else own
+        if self.history.work.it.rings and not np.array_equal(own, slopes.parameters):
+            self.slopes = Slopes(slopes.kernels, slopes.unknowns, own, slopes.seeds)
 
     def times(
         self, last: Segment | None, moment: Moment, r: Array, shifts: Array, t: float
@@ -282,13 +292,19 @@ class _Following:
         """Return values of the parameters by their names."""
         return dict(zip((p.name for p in self.slopes.model.parameters), parameters.tolist(), strict=True))
 
-    def changed(self, entry: Entry, sigma: Array, tau: Array) -> Slopes:
-        """Return the derivatives with the values that a signal, a controller or a patch of solids has set."""
+    def changed(self, entry: Entry, last: Segment | None, sigma: Array, tau: Array) -> Slopes:
+        """Return the derivatives with the values that a signal, a controller or a patch of solids has set.
+
+        Sensors read the contacts in the phase that has ended.
+        """
         slopes, number = self.slopes, entry.marks[0]
         parameters = self.history.work.changes[number][1]
         if self.drives is None:  # the features of patches
             return Slopes(slopes.kernels, slopes.unknowns, parameters, slopes.seeds)
         t, y = self.history.work.changed_at[number]
+        phase, ways = None if last is None else last.kernels, [*zip(sigma, tau, slopes.seeds, strict=True)]
+        sensed = asked_by(self.drives.sensed)
+        self.drives.touched = lambda: quantities(slopes, phase, sensed, t, y[: self.moved], ways)
         self.drives.follow(t, y[: self.moved], sigma, tau, self.values(parameters))
         return Slopes(slopes.kernels, slopes.unknowns, parameters, self.drives.along(slopes.symbols))
 
@@ -333,7 +349,7 @@ class _Following:
             if entry.kind == event_run.IMPACT:
                 break
             if entry.kind == event_run.OTHER_VALUES:
-                slopes = self.changed(entry, sigma, tau)
+                slopes = self.changed(entry, None, sigma, tau)
         return slopes
 
     def slopes_of_times(

@@ -11,9 +11,10 @@ import numpy as np
 from ....dynamics import State
 from ....errors import NoDerivativesError, SimulationError
 from ....scalar.algebra import Expression, Scalar
+from ....scalar.dual import slope_of, value_of
+from ...kernels import switches
 from ...kernels.contact_quantities import OfContacts
 from ...kernels.program import Program, at_states
-from ...kernels.switches import value_of
 from ...legs.number_derivatives import Numbers
 from ...legs.variation import energy_named
 from ...ode.dense_output import Array, Crossing
@@ -25,7 +26,8 @@ from ...trajectory.outputs import OfContact, OfReaction
 from ...trajectory.peaks import Peak, peaks
 from ...trajectory.phases import Segment
 from .following import Followed
-from .slopes import ENERGIES, Slopes, of_contact, without_derivative
+from .quantities import Way, check, quantities, value_along
+from .slopes import ENERGIES, Slopes, without_derivative
 
 ALIKE, SAME = 1e-9, 1e-6
 """Relative differences up to which two values are equal, and their derivatives."""
@@ -47,7 +49,7 @@ class TouchingNumbers(Numbers):
         path, last = self.motion.path, self.followed.path.segments[-1]
         if how == "initial":
             return self.slopes(quantity, np.array([path.start]))[0]
-        rate, ways = self._change(quantity, last, path.end, last.path.states[-1])
+        _, rate, ways = self._changing(quantity, last, path.end, last.path.states[-1])
         return ways + rate * self.end
 
     def _greatest(self, quantity: Expression, sign: int, name: str) -> Array:
@@ -93,7 +95,7 @@ class TouchingNumbers(Numbers):
         elif one.end:
             shift = next((tau for a, b, tau in self.followed.shifts if a <= one.time <= b), shift)
         row = one.segment.path.sample(np.array([one.time]))[0]
-        rate, ways = self._change(quantity, one.segment, one.time, row)
+        _, rate, ways = self._changing(quantity, one.segment, one.time, row)
         return ways + rate * shift
 
     def event(self, crossing: Crossing) -> Array:
@@ -106,24 +108,16 @@ class TouchingNumbers(Numbers):
         """
         motion, spec = self.motion, self.motion.specs[crossing.number]
         quantity = expressions_of(motion.kernels.model, (spec,))[0]
-        if isinstance(quantity, OfContacts):
-            raise NoDerivativesError(
-                "Expected an event of coordinates, speeds, time and parameters for the derivative of its time, got "
-                f"'{quantity}', a quantity of a contact. The times of a contact itself have derivatives, "
-                "motion.sensitivity.times(contact)."
-            )
         # the state before what may happen then
         segment = next(one for one in self.followed.path.segments if one.path.end >= crossing.time)
         row = segment.path.sample(np.array([crossing.time]))[0]
-        program, y = motion.kernels.expressions((quantity,)), row[None, : self.of.moved]
-        (value,) = motion._observed(program, "values", np.array([crossing.time]), y)[0]
-        if abs(value) > 1e-9 * (1 + np.abs(y).max(initial=0.0)):
+        value, rate, ways = self._changing(quantity, segment, crossing.time, row)
+        if abs(value) > 1e-9 * (1 + abs(rate) + np.abs(row[: self.of.moved]).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
                 f"{crossing.time:.6g} s it jumps over it. Watch for another expression, or for the contact that makes "
                 "it jump, motion.sensitivity.times(contact)."
             )
-        rate, ways = self._change(quantity, segment, crossing.time, row)
         if abs(rate) <= 1e-9 * (1 + np.abs(ways).max(initial=0.0)):
             raise SimulationError(
                 f"Expected event '{spec.name}' to pass through zero for a derivative of its time, but at t = "
@@ -131,17 +125,20 @@ class TouchingNumbers(Numbers):
             )
         return -ways / rate
 
-    def _change(self, quantity: Expression, segment: Segment, t: float, row: Array) -> tuple[float, Array]:
-        """Return the rate of a quantity in a phase, and its derivatives, at a state with its derivatives."""
-        of = _slopes(segment)
-        n, zero = of.moved, np.zeros(len(of.symbols))
+    def _changing(
+        self, quantity: Expression | OfContacts, segment: Segment, t: float, row: Array
+    ) -> tuple[float, float, Array]:
+        """Return a quantity in a phase, its rate and its derivatives, at a state with its derivatives."""
+        of, n = _slopes(segment), self.of.moved
         f = of.velocity(segment.kernels, t, row[: n + 2])
-        ways = [
-            self._observed(segment, quantity, t, row[:n], row[n + 2 + j * n :][:n], 0.0, dp)[0]
-            for j, dp in enumerate(of.seeds)
-        ]
-        (rate,) = self._observed(segment, quantity, t, row[:n], f, 1.0, zero)
-        return rate, np.array(ways)
+        ways = [(f, 1.0, np.zeros(len(of.symbols))), *_ways(of, row)]
+        if isinstance(quantity, OfContact | OfContacts):
+            found = self._of_contacts(quantity, segment, t, row, ways)
+            rate, *slopes = (float(slope_of(found, j)) for j in range(len(ways)))
+            return float(value_of(found)), rate, np.array(slopes)
+        given = np.array([np.concatenate([row[:n], s, [tau], dp]) for s, tau, dp in ways])
+        course = self._values(of, quantity, np.full(len(ways), t), given, "course")
+        return float(course[0, 0]), float(course[0, 1]), course[1:, 1]
 
     # -- programs ----------------------------------------------------------------------------------
 
@@ -154,50 +151,54 @@ class TouchingNumbers(Numbers):
         for k, chosen in path.split(times):
             segment, t, y = path.segments[k], times[chosen], states[chosen]
             of = _slopes(segment)
+            if isinstance(quantity, OfContact):
+                for row, x, one in zip(chosen, t, y, strict=True):
+                    found = self._of_contacts(quantity, segment, x, one, _ways(of, one))
+                    result[row] = [float(slope_of(found, j)) for j in range(len(of.unknowns))]
+                continue
             for j, dp in enumerate(of.seeds):
                 s = y[:, n + 2 + j * n :][:, :n]
-                if isinstance(quantity, OfContact):
-                    rows = zip(t, y, s, strict=True)
-                    result[chosen, j] = [
-                        self._observed(segment, quantity, x, one[:n], way, 0.0, dp)[0] for x, one, way in rows
-                    ]
-                    continue
                 given = np.hstack([y[:, :n], s, np.zeros((len(t), 1)), np.tile(dp, (len(t), 1))])
                 result[chosen, j] = self._values(of, quantity, t, given)[:, 0]
-        if isinstance(quantity, OfContact) and quantity.what in ("normal", "tangential"):
+        if isinstance(quantity, OfContact) and quantity.what in ("normal", "tangential", "margin"):
             result[self._indeterminate(quantity, times)] = np.nan
         return result
 
     def _indeterminate(self, quantity: OfContact, times: Array) -> list[bool]:
-        """Return True for each time at which the motion does not determine a force of a contact."""
-        own, path = self.of.model.contacts, phases_of(self.motion)
-        k = [contact.name for contact in own].index(quantity.contact)
-        r = self.of.scene.first[k] + (1 + quantity.component if quantity.what == "tangential" else 0)
-        return [bool(path.segments[place].loose[r]) for place in path.places(times)]
+        """Return True for each time at which the motion does not determine a force, or a margin, of a contact."""
+        path, k = phases_of(self.motion), [x.name for x in self.of.model.contacts].index(quantity.contact)
+        first, n = self.of.scene.first[k], self.of.scene.tangents[k]
+        at = first + (1 + quantity.component if quantity.what == "tangential" else 0)
+        is_margin = quantity.what == "margin"
+        rows = slice(first, first + 1 + n) if is_margin else slice(at, at + 1)
+        some = [path.segments[place] for place in path.places(times)]
+        return [bool(np.any(one.loose[rows])) or (is_margin and one.modes[k] == "open") for one in some]
 
-    def _observed(
-        self, segment: Segment, quantity: Expression, t: float, y: Array, s: Array, tau: float, dp: Array
-    ) -> Sequence[float]:
-        of = _slopes(segment)
-        if isinstance(quantity, OfContact):
-            if not segment.path.curved:  # the start of a straight step has no direction of slip yet
-                t, y = segment.path.end, segment.path.states[-1, : of.moved]
-            return [
-                of_contact(of, segment.kernels, quantity, t, y, of.along(segment.kernels, t, y, s, tau, dp))
-            ]
-        given = np.concatenate([y, s, [tau], dp])[None]
-        return cast(Sequence[float], self._values(of, quantity, np.array([t]), given)[0])
+    def _of_contacts(
+        self, quantity: OfContact | OfContacts, segment: Segment, t: float, row: Array, ways: Sequence[Way]
+    ) -> Any:
+        """Return a quantity of a contact, or an expression of such, with its derivatives along some ways."""
+        of, y = _slopes(segment), row[: self.of.moved]
+        if not segment.path.curved:  # the start of a straight step has no direction of slip yet
+            t, y = segment.path.end, segment.path.states[-1, : of.moved]
+        if isinstance(quantity, OfContacts):
+            return value_along(of, segment.kernels, quantity, t, y, ways)
+        check(of, quantity, t, y)
+        terms = ((quantity.contact, quantity.what, quantity.component),)
+        return quantities(of, segment.kernels, (terms,), t, y, ways)[terms]
 
-    def _values(self, of: Slopes, quantity: Expression, times: Array, given: Array) -> Array:
+    def _values(
+        self, of: Slopes, quantity: Expression, times: Array, given: Array, function: str = "slope"
+    ) -> Array:
         program = self._program(quantity)
-        return at_states(program, "slope", times, given, program.constants(of.parameters))
+        return at_states(program, function, times, given, program.constants(of.parameters))
 
     def _program(self, quantity: Expression) -> Program:
         slopes, model = self.of, self.of.model
 
         def value(state: State) -> Scalar:
             if not isinstance(quantity, str | OfReaction):
-                return value_of(state, quantity)
+                return switches.value_of(state, quantity)
             if isinstance(quantity, OfReaction):
                 raise without_derivative(f"{quantity.joint}.{quantity.what}")
             if quantity not in ENERGIES:
@@ -211,6 +212,12 @@ class TouchingNumbers(Numbers):
 
         key = ("slope of", quantity, tuple(map(str, slopes.symbols)))
         return slopes.kernels.program(key, functions, slopes.moved + 1 + len(slopes.symbols))
+
+
+def _ways(of: Slopes, row: Array) -> list[Way]:
+    """Return the changes with each unknown of a state with its derivatives."""
+    s = row[of.moved + 2 :].reshape(len(of.seeds), -1)
+    return [(x, 0.0, dp) for x, dp in zip(s, of.seeds, strict=True)]
 
 
 def _slopes(segment: Any) -> Slopes:

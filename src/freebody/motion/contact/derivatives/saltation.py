@@ -145,7 +145,10 @@ def check_modes(slopes: Slopes, phase: Phase, t: float, straight: int) -> None:
 
 
 def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequence[int]) -> None:
-    """Raise if a law holds with equality at the start of a phase, except where it has just ended."""
+    """Raise if a law holds with equality at the start of a phase, except where it has just ended.
+
+    Which points of a disk that lies flat bear it changes nothing but their own forces.
+    """
     n_q = slopes.model.n_q
     near = CLOSED * (1 + float(np.abs(y[:n_q]).max(initial=0)))
     still = STILL * (1 + float(np.abs(y[n_q : slopes.moved]).max(initial=0)))
@@ -156,7 +159,7 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
         if mode == "open" or k in changed or scene.presser[k] in changed:
             continue
         pressure = F[at] + float(slopes.outputs(k, t, y).laws[ADHESION])
-        if pressure <= 1e-9 * largest:
+        if pressure <= 1e-9 * largest and not slopes.model.contacts[k].stands:
             raise refused(slopes, t, f"{title(slopes, k)} is closed without force")
         if mode == "stick" and n:
             limit = seen.static[k] * pressure
@@ -166,7 +169,8 @@ def check_ties(slopes: Slopes, phase: Phase, t: float, y: Array, changed: Sequen
         a = slopes.accelerations(phase, t, y)
         for k, mode in enumerate(phase.modes):
             at = scene.first[k]
-            if mode != "open" or k in changed or scene.presser[k] >= 0 or seen.reach[k] < 0:
+            beside = scene.presser[k] >= 0 or seen.reach[k] < 0 or slopes.model.contacts[k].stands
+            if mode != "open" or k in changed or beside:
                 continue
             rests = abs(seen.gap[k]) <= near and abs(seen.rate[at]) <= still
             if rests and a[at] <= 1e-9 * np.abs(a).max():

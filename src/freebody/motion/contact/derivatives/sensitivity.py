@@ -39,7 +39,7 @@ from ..history import History
 from ..motion import touching_motion_of
 from .following import Followed, follow
 from .numbers import SAME, TouchingNumbers
-from .slopes import Slopes
+from .slopes import Slopes, turned_points
 
 CURE_OF_MACHINES = "Take differences of runs with values= that differ."
 
@@ -88,16 +88,27 @@ def check_sizes(model: Model, unknowns: Sequence[Unknown]) -> None:
                 )
 
 
-def tips_at(history: History) -> float | None:
-    """Return the time at which a disk that lies flat first turns its points with the load or tips, or None."""
-    rings, names = history.work.it.rings, len(history.work.names)
-    for kind, marks, numbers in history.entries(event_run.PHASE, event_run.NOTE) if rings else ():
-        angles = numbers[-2 * rings :].tolist()
-        if kind == event_run.PHASE and angles != [1.0, 0.0] * rings:
-            return float(history.times[marks[0]])
-        if kind == event_run.NOTE and event_run.TIPS in marks[5 + names :: 4]:
-            return float(numbers[0])
-    return None
+def check_rings(history: History) -> None:
+    """Refuse a disk that lies flat and tips, or slides on points that have turned with the load.
+
+    What sticks moves as if the points were anywhere: their angle has no derivative that counts.
+    """
+    it, model = history.work.it, history.work.model
+    for kind, marks, numbers in history.entries(event_run.NOTE) if it.rings else ():
+        if kind == event_run.NOTE and event_run.TIPS in marks[5 + it.contacts :: 4]:
+            raise _no_rings(model, "tips", float(numbers[0]))
+    for segment in history.path.segments if it.rings else ():
+        turned = [] if segment.parameters is None else turned_points(model, segment.parameters)
+        for points in turned:
+            if any(segment.modes[k].startswith("slip") for k in points):
+                raise _no_rings(model, "slides on points that have turned with the load", segment.path.start)
+
+
+def _no_rings(model: Model, what: str, t: float) -> NoDerivativesError:
+    return NoDerivativesError(
+        f"A disk of '{model.name}' that lies flat {what} at t = {t:.9g} s, and a motion has no derivatives here beyond "
+        f"that. {CURE_OF_MACHINES}"
+    )
 
 
 def refuse_dips(trajectory: Trajectory, problem: Problem, between: Progress) -> None:
@@ -147,12 +158,7 @@ def sensitive_touching_motion(request: Request) -> Trajectory:
         if trajectory.path.status == End.INTERRUPTED:
             return trajectory
         refuse_dips(trajectory, problem, between)
-        tips = tips_at(history)
-        if tips is not None:
-            raise NoDerivativesError(
-                f"A disk of '{model.name}' that lies flat turns the points on which it stands with the load, or tips, "
-                f"at t = {tips:.9g} s, and a motion has no derivatives here beyond that. {CURE_OF_MACHINES}"
-            )
+        check_rings(history)
         followed = follow(slopes, history, problem, first[:, : slopes.moved], between)
     course = cast(Touching, trajectory.course)
     trajectory.course = replace(course, derivatives=TouchingDerivatives(variation, shifts, followed))

@@ -11,7 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....errors import NoDerivativesError
+from ....model import Model
 from ....native import loop
+from ...events.rings import POINTS
+from ...kernels.contact_quantities import NAMES
 from ...kernels.kernels import Kernels
 from ...kernels.program import at_state
 from ...legs.driven_slopes import inputs_of
@@ -21,7 +24,6 @@ from ...phase.candidate_slopes import candidate_slopes
 from ...phase.scene import Phase, Scene, scene_of
 from ...phase.slopes_record import PhaseSlopes, phase_slopes
 from ...phase.snapshot import Snapshot
-from ...trajectory.outputs import OfContact
 
 _MODULES = "motion.phase.phase_slopes", "motion.phase.projection"
 _FUNCTIONS = ("varied", "slopes", "corrected_state")
@@ -32,8 +34,6 @@ CURE = (
 
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy")
-OF_CONTACTS = ("gap", "approach", "normal", "tangential", "slip")
-"""Quantities of contacts that have derivatives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +233,16 @@ def slopes_code(name: str) -> loop.Function:
     return loop.made(_MODULES[0], _MODULES, _FUNCTIONS, named, passes="few").functions[name]
 
 
+def turned_points(model: Model, parameters: Array) -> list[range]:
+    """Return the points of each disk that have turned with the load (`events.rings`), as numbers of contacts."""
+    values = dict(zip((p.name for p in model.parameters), parameters.tolist(), strict=True))
+    return [
+        range(ring.first, ring.first + POINTS)
+        for ring in model.rings
+        if tuple(values[name] for name in ring.names) != (1.0, 0.0)
+    ]
+
+
 def title(slopes: Slopes, k: int) -> str:
     """Return how messages name a contact."""
     return f"contact '{slopes.model.contacts[k].name}'"
@@ -246,36 +256,10 @@ def refused(slopes: Slopes, t: float, what: str) -> NoDerivativesError:
     )
 
 
-def of_contact(of: Slopes, phase: Phase, quantity: OfContact, t: float, y: Array, along: Direction) -> float:
-    """Return the derivative of a quantity of a contact along a direction, of which the derivatives of all are known.
-
-    Raises
-    ------
-    SimulationError
-        A quantity that has none: of forces with two coefficients, beyond the end of a side.
-    """
-    names = [contact.name for contact in of.model.contacts]
-    k, what = names.index(quantity.contact), quantity.what
-    at, touch, contact = of.scene.first[k], of.touch(along, k), of.model.contacts[k]
-    is_open = phase.modes[k] == "open"
-    stretched = contact.friction_across is not None and what in ("tangential", "slip")
-    beyond = what in ("gap", "approach") and of.look(t, y).reach[k] < 0
-    if what not in OF_CONTACTS or stretched or beyond:
-        raise without_derivative(f"{quantity.contact}.{what}")
-    if what == "gap":
-        return touch.gap
-    if what == "approach":
-        return -float(touch.rates[0]) if is_open or contact.compliant else 0.0
-    if what == "slip":
-        return float(touch.rates[1 + quantity.component])
-    place = at + (1 + quantity.component if what == "tangential" else 0)
-    return 0.0 if is_open else float(along.forces[place])
-
-
 def without_derivative(name: str) -> NoDerivativesError:
     """Return the error for a quantity without a derivative."""
     return NoDerivativesError(
         "Expected a quantity of coordinates, speeds, time and parameters, one of "
-        f"{', '.join(ENERGIES)}, or {', '.join(OF_CONTACTS)} of a contact with one coefficient of friction that no end "
+        f"{', '.join(ENERGIES)}, or {', '.join(NAMES)} of a contact with one coefficient of friction that no end "
         f"of a side has left, for a derivative of a motion with contacts, got '{name}'."
     )
