@@ -34,9 +34,10 @@ from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
 from ..phase.candidates import layout_of
 from ..phase.scene import Phase, phase_of
-from ..timestepping.course import Impulses, InSteps, Stepping
+from ..timestepping.course import InSteps
 from ..timestepping.intervals import Intervals
 from ..timestepping.pair_motion import PairLog, width_of
+from ..timestepping.steps import Impulses, Stepping
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
 from ..trajectory.in_legs import InLegs

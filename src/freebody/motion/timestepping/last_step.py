@@ -11,9 +11,10 @@ from ..ending import End
 from ..kernels.contact_quantities import Asked
 from ..ode.dense_output import Rates
 from ..phase.candidates import stretch_numbers
-from .course import Impulses, InSteps, Stepping, Steps
+from .course import InSteps
 from .intervals import Intervals
 from .pair_motion import PairLog
+from .steps import Impulses, Stepping, Steps
 
 
 def touched(run: Any, asked: Asked) -> dict[Any, float]:

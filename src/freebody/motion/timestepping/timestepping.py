@@ -36,7 +36,7 @@ from ..start.overlap import refuse_overlap, sides_of
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import SHORT, Progress
 from ..trajectory.trajectory import Trajectory
-from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
+from .course import InSteps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accept, check_laws, failure
 from .grid import Grid, grid_of
@@ -45,6 +45,7 @@ from .last_step import touched
 from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of, set_parameters
 from .pair_motion import PairLog, width_of
+from .steps import IMPULSES, Impulses, Stepping, Steps
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
