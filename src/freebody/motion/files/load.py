@@ -240,7 +240,7 @@ def _happening(
 def _pairs(model: Model, read: _Reader, steps: int) -> PairLog:
     """Return the entries of pairs of families in every step."""
     if not model.families:
-        return PairLog.made(steps, 0).until(steps)
+        return PairLog.made(steps, 0).of(slice(0, steps))
     entries = read.reals("pairs", (None, width_of(model)))
     counts = read.integers("pair_counts", (steps,), len(entries) + 1)
     members = sum(len(family.members) for family in model.families)
