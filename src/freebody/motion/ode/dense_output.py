@@ -15,7 +15,7 @@ from ...native.loop import passed
 from ...native.records import address
 from ..ending import End
 from . import loops
-from .run import equip, memory
+from .memory import equip, memory
 
 Array = NDArray[np.float64]
 _POINTER = ctypes.c_void_p
@@ -59,7 +59,7 @@ class Rates:
 
     @cached_property
     def words(self) -> tuple[int, ...]:
-        """What the compiled loop reads of the rates, in the order of `run.MACHINE`."""
+        """What the compiled loop reads of the rates, in the order of `memory.MACHINE`."""
         indices = self.indices
         return (
             self.address, self.constants_at, address(indices), indices.size, self.projection, self.projected
