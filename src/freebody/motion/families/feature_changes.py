@@ -27,10 +27,11 @@ from typing import Annotated, Any
 
 from ...native.instructions import Integers, Reals, bits, compiled, greater, lesser, reals_at, root
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
-from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
+from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, face_normal
 from .family_record import POSE, Core, Families
 from .nearest import outside
 from .patches import measure
+from .vectors import along, cross, vector
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
@@ -138,8 +139,9 @@ def counts(it: Followed, k: int) -> int:
         b.corners[3 * one[2] :],
         b.corners[3 * one[3] :],
     )
-    x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
-    n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
+    x, y, z = vector(p, q)
+    u, v, w = vector(r, s)
+    n[0], n[1], n[2] = cross(x, y, z, u, v, w)
     lengths = root((x * x + y * y + z * z) * (u * u + v * v + w * w))
     return 1 if root(along(n, n)) > PARALLEL * lengths else 0
 
@@ -350,7 +352,8 @@ def gap_of(it: Followed, one: Integers) -> float:
         b.corners[3 * end_of(one, 2) :],
         it.normal,
     )
-    x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
+    x, y, z = vector(p, q)
+    u, v, w = vector(r, s)
     if one[1] == CORNER or one[3] == CORNER:
         x, y, z = x + u, y + v, z + w  # of the edge, if there is one
         square, part = x * x + y * y + z * z, 0.0
@@ -360,7 +363,7 @@ def gap_of(it: Followed, one: Integers) -> float:
             part = (n[0] * x + n[1] * y + n[2] * z) / square
         n[0], n[1], n[2] = n[0] - part * x, n[1] - part * y, n[2] - part * z
         return root(along(n, n)) - both
-    n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
+    n[0], n[1], n[2] = cross(x, y, z, u, v, w)
     gap, points = (along(n, p) - along(n, r)) / root(along(n, n)), of.patch
     # an edge that is steep over a face crosses it on the side of the face, whatever the middles say
     towards = along(n, points.points[0][3:]) if points.count > 0 else along(n, a.middle) - along(n, b.middle)
