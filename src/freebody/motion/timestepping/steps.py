@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ode.dense_output import Array, Path
+from ..ode.dense_output import Array, Path, within
 from ..phase.candidates import stretch_numbers
 from .pair_motion import PairLog
 
@@ -26,13 +26,7 @@ class Steps(Path):
     def sample(self, times: Any, dense: bool = False) -> Array:
         """Return the states at the given times, by linear interpolation; quaternions are normalized."""
         del dense
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        outside = ~((wanted >= self.start) & (wanted <= self.end))
-        if outside.any():
-            raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
-                "Ask for a time inside, or simulate further."
-            )
+        wanted = within(self, times)
         k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))
         if len(self.times) == 1:
             return np.repeat(self.states, wanted.size, axis=0)
