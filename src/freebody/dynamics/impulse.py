@@ -42,7 +42,9 @@ from ..space.spatial import (
     power,
 )
 from .composite import mass_matrix
-from .conditions.constraints import linearized, rows, separating_force, wrenches
+from .conditions.constraint_forces import separating_force, wrenches
+from .conditions.constraints import rows
+from .conditions.linearized import linearized
 from .coordinates import forces_on_speeds
 from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation

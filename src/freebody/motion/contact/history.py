@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import linearized
 from ...dynamics.conditions.contact import contact_rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
 from ...dynamics.state import state_at
 from ..ending import ENDS, End
