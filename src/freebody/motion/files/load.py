@@ -210,7 +210,7 @@ def _happening(
 def _pairs(model: Model, read: Reader, steps: int) -> PairLog:
     """Return the entries of pairs of families in every step."""
     if not model.families:
-        return PairLog.made(steps, 0).of(slice(0, steps))
+        return PairLog.made(steps, 0).until(steps)
     entries = read.reals("pairs", (None, width_of(model)))
     counts = read.integers("pair_counts", (steps,), len(entries) + 1)
     members = sum(len(family.members) for family in model.families)

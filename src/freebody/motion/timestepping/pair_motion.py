@@ -51,14 +51,9 @@ class PairLog(Sequence[Array]):
         self.entries[first:last] = entries[: last - first]
         self.ends[step + 1 : step + 1 + len(ends)] = first + ends
 
-    def of(self, steps: slice) -> PairLog:
-        """Return the log of some steps that follow each other."""
-        ends = self.ends[steps.start : steps.stop + 1]
-        return PairLog(self.entries[ends[0] : ends[-1]], ends - ends[0])
-
-    def copy(self) -> PairLog:
-        """Return a log with entries of its own."""
-        return PairLog(self.entries.copy(), self.ends)
+    def until(self, steps: int) -> PairLog:
+        """Return the log of the first steps."""
+        return PairLog(self.entries[: self.ends[steps]], self.ends[: steps + 1])
 
     @property
     def steps(self) -> NDArray[np.int64]:

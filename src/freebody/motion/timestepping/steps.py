@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ..ode.dense_output import Array, Path, within
-from ..phase.candidates import stretch_numbers
 from .pair_motion import PairLog
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
@@ -66,19 +65,3 @@ class Stepping:
     depth: float
     sweeps: float
     reduced: float = 0.0
-
-
-def impulses_of(run: Any, steps: slice, part: float | None = None) -> Impulses:
-    """Return what some steps of a run did, and of the last one a part if it is given: that up to an event."""
-    impulses, works, moved, pairs = run.impulses[steps], run.works[steps], run.moved[steps], run.log.of(steps)
-    if part is not None:
-        impulses, works, moved, pairs = impulses.copy(), works.copy(), moved.copy(), pairs.copy()
-        impulses[-1] *= part
-        works[-1] *= part
-        moved[-1] = 0  # the correction is at the end of a step
-        pairs[-1][:, IMPULSES] *= part
-    constraints = np.zeros((len(impulses), run.conditions))
-    constraints[:, run.shape.held] = impulses[:, run.rows :]
-    forces = impulses[:, : run.rows] * stretch_numbers(run.model, run.problem.numbers)
-    blows = {k - steps.start: told for k, told in run.blows.items() if steps.start <= k < steps.stop}
-    return Impulses(forces, constraints, works, moved, run.modes[steps], blows, pairs)

@@ -26,7 +26,7 @@ from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.driven import Drives
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, Rates, observe
-from ..phase.candidates import layout_of
+from ..phase.candidates import layout_of, stretch_numbers
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_forwards, most_steps
 from ..start.fitting import refuse_misfits
@@ -40,12 +40,12 @@ from .course import InSteps
 from .crossings import crossings
 from .failure import MOST_SWEEPS, accept, check_laws, failure
 from .grid import Grid, grid_of
-from .intervals import Intervals, Values
+from .intervals import Values
 from .last_step import touched
 from .mean_motion import middle_of
 from .memory import carry, functions, kernels_and_shape, memory_of, set_parameters
 from .pair_motion import PairLog, width_of
-from .steps import Stepping, Steps, impulses_of
+from .steps import IMPULSES, Impulses, Stepping, Steps
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -115,7 +115,6 @@ class _Run:
         model = kernels.model
         self.program, self.shape = kernels_and_shape(kernels)
         self.first, self.tangents, self.rows = layout_of(model)
-        self.conditions = len(conditions(model))
         self.pairs = (
             PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
         )
@@ -358,8 +357,10 @@ class _Run:
         return done
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
-        k, part = self.done, None
-        states, moments = self.states[: k + 1], self.grid.times[: k + 1]
+        n, done = self.states.shape[1], self.done
+        states, logs = self.states[: done + 1], self.log.until(done)
+        impulses, works, corrections = (part[:done] for part in (self.impulses, self.works, self.moved))
+        modes, moments = self.modes[:done], self.grid.times[: done + 1]
         if stop is not None:  # within a step: keep its part up to the event
             k = int(np.searchsorted(moments, stop.time, side="left"))
             part = (stop.time - moments[k - 1]) / self.grid.lengths[k - 1]
@@ -367,29 +368,36 @@ class _Run:
                 np.concatenate([states[:k], stop.state[None]]),
                 np.append(moments[:k], stop.time),
             )
+            impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs.until(k)
+            corrections = corrections[:k].copy()
+            corrections[-1] = 0  # that of this step is at its end
+            impulses[-1] *= part
+            works[-1] *= part
+            logs[k - 1][:, IMPULSES] *= part
+        steps = range(len(impulses))
+        seen = 0, n, self.memory.machine.c, tuple(self.model.quaternions)
+        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
-        intervals = self.values.intervals().until(k)
+        intervals = self.values.intervals().until(len(steps))
         crossed = crossings(self.kernels, intervals, specs, expressions, moments, states)
         if stop is not None:  # the last state is the event itself
             earlier = (
                 c for c in crossed if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
             )
             crossed = (*earlier, stop)
-        course = self.course(slice(0, k), moments, states, intervals, crossed, status, part)
-        return Trajectory(*self.problem.outcome(course.path), course=course)
-
-    def course(
-        self, steps: slice, times: Array, states: Array, intervals: Intervals,
-        crossed: tuple[Crossing, ...] = (), status: End = End.FINISHED, part: float | None = None,
-    ) -> InSteps:  # fmt: skip
-        """Return the course of some steps, between these times and states; of the last one a part if it is given."""
-        seen = 0, states.shape[1], self.memory.machine.c, tuple(self.model.quaternions)
-        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
-        lengths, did = self.grid.lengths[steps], self.memory
-        path = Steps(rates, times, lengths, states, crossed, status, 0, 0, len(states))
-        stepping = Stepping(
-            self.grid.longest, did.residual, did.depth, did.sweeps / max(self.done, 1), did.reduced
-        )
-        impulses, layout = impulses_of(self, steps, part), (self.first, self.tangents)
-        numbers = dict(self.problem.numbers)
-        return InSteps(self.kernels, numbers, path, impulses, stepping, layout, intervals)
+        lengths = self.grid.lengths[: len(steps)]
+        path = Steps(rates, moments, lengths, states, crossed, status, 0, 0, len(states))
+        constraints = np.zeros((len(impulses), len(conditions(self.model))))
+        constraints[:, self.shape.held] = impulses[:, self.rows :]
+        numbers = self.problem.numbers
+        forces = impulses[:, : self.rows] * stretch_numbers(self.model, numbers)
+        did = Impulses(
+            forces, constraints, works, corrections, modes,
+            {k: told for k, told in self.blows.items() if k in steps}, logs,
+        )  # fmt: skip
+        run = self.memory
+        sweeps = run.sweeps / max(self.done, 1)
+        stepping = Stepping(self.grid.longest, run.residual, run.depth, sweeps, run.reduced)
+        layout = self.first, self.tangents
+        course = InSteps(self.kernels, dict(numbers), path, did, stepping, layout, intervals)
+        return Trajectory(*self.problem.outcome(path), course=course)
