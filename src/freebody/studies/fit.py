@@ -15,18 +15,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import sympy
 
-from ..errors import FreebodyError, NoDerivativesError, SimulationError, arguments_named
+from ..errors import SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
 from ..motion.legs.variation import unknowns_of
 from ..motion.start.initial import number, quaternions_by_joint
+from .comparison import Comparison, Computed
 from .measurement import Array, bounds_of, check_rank, measured_by, name_of, weighted, weights_of
 from .minima import Minimum, best_of
-from .simulate import simulate
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -35,14 +35,6 @@ if TYPE_CHECKING:
 
 _RESERVED = ("times", "samples", "sensitivities", "outputs", "store", "executor", "threads")
 """Options of `simulate` that a fit sets itself, or that belong to a batch."""
-
-
-class _Computed(NamedTuple):
-    """Weighted residuals (computed minus measured), their Jacobian, and the motions."""
-
-    residuals: Array
-    jacobian: Array
-    motions: list[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,13 +220,7 @@ def fit(
             start=start, **options,
         )  # fmt: skip
         return cast(Fit, best_of(again, guesses, starts, model))
-    for x in unknowns:
-        if any(k <= x.place < k + 4 for k in model.quaternions):
-            joint = next(j for j, k in quaternions_by_joint(model).items() if k <= x.place < k + 4)
-            raise SimulationError(
-                f"Expected unknowns that are free, got '{x.name}', a component of the unit quaternion of joint "
-                f"'{joint}'. Fit a joint with Euler angles (gimbal), or its speeds."
-            )
+    _check_free(model, unknowns)
     begin = number(model, kernels.values(values), start, "start")
     for option in _RESERVED:
         if option in options:
@@ -258,92 +244,28 @@ def fit(
             )
     numbers = model.values(fixed_values | _parameter_guesses(unknowns, guesses))
     first = np.array([_first(x, guesses, numbers, initials, model) for x in unknowns])
-    weights = weights_of(sigma, quantities, measured)
-    low, high = bounds_of(bounds, names, first)
-    calls = [0]
-
-    def motions(p: Array, sensitive: list[str] | None) -> list[Any]:
-        calls[0] += 1
-        result = []
-        at = dict(zip(names, p.tolist(), strict=True))
-        parameters = {**fixed_values, **{x.name: at[x.name] for x in unknowns if x.symbol is not None}}
-        searched = {x.name: at[x.name] for x in unknowns if x.symbol is None}
-        for (times, _), initial_values in zip(measured, initials, strict=True):
-            fixed = {name_of(model, k): v for k, v in initial_values.items()}
-            result.append(
-                simulate(
-                    s, float(times.max()), initial={**fixed, **searched}, near=near, values=parameters, start=start,
-                    times=np.unique(times), tolerance=tolerance, sensitivities=sensitive, progress=False, **options,
-                )
-            )  # fmt: skip
-        return result
-
-    memory: dict[bytes, _Computed] = {}
-
-    def compared(fitted: list[Any], sensitive: bool) -> tuple[Array, list[Array]]:
-        """Residuals of motions, and their derivatives if they are asked for."""
-        residuals, rows = [], []
-        for (times, columns), motion, scales in zip(measured, fitted, weights, strict=True):
-            places = np.searchsorted(motion.t, times)
-            for name, array in columns.items():
-                finite = np.isfinite(array)
-                at = places[finite]
-                if at.size and at.max() >= len(motion.t):
-                    raise SimulationError(
-                        "A terminal event ended the motion before the last measurement. Leave it out."
-                    )
-                residuals.append((motion[name][at] - array[finite]) / scales[name][finite])
-                if sensitive:
-                    rows.append(motion.sensitivity.of(name)[at] / scales[name][finite][:, None])
-        return np.concatenate(residuals), rows
-
-    def computed(p: Array) -> _Computed:
-        """Motions at these unknowns, beside the measurement."""
-        key = p.tobytes()
-        if key not in memory:
-            memory.clear()
-            try:
-                fitted = motions(p, names)
-                residuals, rows = compared(fitted, True)
-                J = np.concatenate(rows)
-            except NoDerivativesError:
-                fitted = motions(p, None)
-                residuals, J = compared(fitted, False)[0], differences(p)
-            memory[key] = _Computed(residuals, J, fitted)
-        return memory[key]
-
-    def differences(p: Array) -> Array:
-        """Central differences over h = ε^⅓: their own error h² is as large as that of the motions, ε/h."""
-        columns, h = [], tolerance ** (1 / 3) * np.where(p != 0, np.abs(p), 1.0)
-        for j, step in enumerate(np.diag(h)):
-            ends = [np.clip(p + side * step, low, high) for side in (1, -1)]
-            after, before = (compared(motions(end, None), False)[0] for end in ends)
-            columns.append((after - before) / (ends[0][j] - ends[1][j]))
-        return np.column_stack(columns)
+    fixed = [{name_of(model, k): v for k, v in one.items()} for one in initials]
+    comparison = Comparison(
+        s, unknowns, measured, weights_of(sigma, quantities, measured), fixed, fixed_values,
+        bounds_of(bounds, names, first), {**options, "near": near, "start": start, "tolerance": tolerance},
+    )  # fmt: skip
 
     from scipy.optimize import least_squares
 
-    residuals, J, _ = computed(first)
+    residuals, J, _ = comparison.at(first)
     if residuals.size < len(names):
         raise SimulationError(
             f"Expected at least as many measured numbers as unknowns, got {residuals.size} for {len(names)}."
         )
-    size = math.hypot(*(float(np.linalg.norm(x)) for x in weighted(measured, weights)))
+    size = math.hypot(*(float(np.linalg.norm(x)) for x in weighted(measured, comparison.weights)))
     with_contacts = bool(model.contacts or model.families)
     # contacts that stick at the first guess may slip where the search goes
     if not (with_contacts and J.any()):
         check_rank(J, first, names, size, with_contacts)
-
-    def safe(p: Array) -> Array:
-        try:
-            return computed(p)[0]
-        except FreebodyError:  # no motion at these values: the search takes a shorter step
-            return np.full(residuals.size, 1e150)
-
     scale = np.where(first != 0, np.abs(first), 1.0)
     solved = least_squares(
-        safe, first, jac=lambda p: computed(p)[1], bounds=(low, high), x_scale=scale, method="trf",
-        xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=200,
+        lambda p: comparison.residuals(p, residuals.size), first, jac=lambda p: comparison.at(p).jacobian,
+        bounds=comparison.bounds, x_scale=scale, method="trf", xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=200,
     )  # fmt: skip
     if solved.status == 0:
         raise SimulationError(
@@ -351,9 +273,20 @@ def fit(
             f"{', '.join(f'{n} = {x:.6g}' for n, x in zip(names, solved.x, strict=True))}. Begin nearer: pass guesses, "
             "unknown={'m': 1.0}."
         )
-    result = computed(solved.x)
+    result = comparison.at(solved.x)
     check_rank(result.jacobian, solved.x, names, size, with_contacts)
-    return _result(solved.x, result, names, measured, sigma, quantities, calls[0])
+    return _result(solved.x, result, names, measured, sigma, quantities, comparison.calls)
+
+
+def _check_free(model: Model, unknowns: Sequence[Any]) -> None:
+    """Refuse components of unit quaternions, which are not free."""
+    for x in unknowns:
+        for joint, k in quaternions_by_joint(model).items():
+            if k <= x.place < k + 4:
+                raise SimulationError(
+                    f"Expected unknowns that are free, got '{x.name}', a component of the unit quaternion of joint "
+                    f"'{joint}'. Fit a joint with Euler angles (gimbal), or its speeds."
+                )
 
 
 def _listed(unknown: Any) -> list[Any]:
@@ -383,7 +316,7 @@ def _first(
 
 def _result(
     p: Array,
-    computed: _Computed,
+    computed: Computed,
     names: list[str],
     measured: Any,
     sigma: Any,
