@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from ...native.instructions import Integers, Reals, bits, compiled, greater, lesser, reals_at, root
+from ...native.instructions import Integers, Reals, bits, compiled, greater, inlined, lesser, reals_at, root
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
 from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, face_normal
 from .family_record import POSE, Core, Families
@@ -133,12 +133,7 @@ def counts(it: Followed, k: int) -> int:
     if one[1] < 0 or one[3] < 0:  # a face or a corner
         return 1
     a, b, n = it.families.one, it.families.other, it.normal
-    p, q, r, s = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
-    )
+    p, q, r, s = edges(a, b, one)
     x, y, z = vector(p, q)
     u, v, w = vector(r, s)
     n[0], n[1], n[2] = cross(x, y, z, u, v, w)
@@ -267,12 +262,7 @@ def meet(it: Followed, one: Integers) -> int:
     Return 0 if they are parallel, else 1.
     """
     a, b = it.families.one, it.families.other
-    p, q, r, s = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * end_of(one, 0) :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * end_of(one, 2) :],
-    )
+    p, q, r, s = edges(a, b, one)
     uu, uw, ww, ud, wd = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
         u, w, d = q[k] - p[k], s[k] - r[k], r[k] - p[k]
@@ -309,12 +299,7 @@ def set_point(it: Followed, one: Integers) -> None:
     else:
         meet(it, one)
         part, length = it.part, gap + a.radius + b.radius
-        p, q, r, s = (
-            a.corners[3 * one[0] :],
-            a.corners[3 * end_of(one, 0) :],
-            b.corners[3 * one[2] :],
-            b.corners[3 * end_of(one, 2) :],
-        )
+        p, q, r, s = edges(a, b, one)
         for k in range(3):
             x, y = p[k] + part[0] * (q[k] - p[k]), r[k] + part[1] * (s[k] - r[k])
             it.point[k] = y + (shift * (x - y) / length if length != 0.0 else 0.0)
@@ -324,6 +309,14 @@ def set_point(it: Followed, one: Integers) -> None:
 def end_of(one: Integers, at: int) -> int:
     """Return the other corner of an edge; of a corner itself."""
     return one[at] if one[at + 1] == CORNER else one[at + 1]
+
+
+@inlined
+def edges(a: Core, b: Core, one: Integers) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return the ends of the two edges of a place; a corner is both ends of its own."""
+    p, q = a.corners[3 * one[0] :], a.corners[3 * end_of(one, 0) :]
+    r, s = b.corners[3 * one[2] :], b.corners[3 * end_of(one, 2) :]
+    return p, q, r, s
 
 
 @compiled
@@ -345,13 +338,8 @@ def gap_of(it: Followed, one: Integers) -> float:
         return over(it, a, one[0], b, one[2]) - both
     if one[3] == FACE:
         return over(it, b, one[2], a, one[0]) - both
-    p, q, r, s, n = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * end_of(one, 0) :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * end_of(one, 2) :],
-        it.normal,
-    )
+    p, q, r, s = edges(a, b, one)
+    n = it.normal
     x, y, z = vector(p, q)
     u, v, w = vector(r, s)
     if one[1] == CORNER or one[3] == CORNER:
