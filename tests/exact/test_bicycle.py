@@ -12,7 +12,7 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics.conditions.constrained import independent_rows
-from freebody.dynamics.conditions.constraints import linearized
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
 from freebody.gallery.beyond import whipple_bicycle as bicycle

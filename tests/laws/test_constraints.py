@@ -12,7 +12,8 @@ from freebody.dynamics import (
     potential_energy,
 )
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
-from freebody.dynamics.conditions.constraints import linearized, rows
+from freebody.dynamics.conditions.constraints import rows
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.motion import motion, total_power
 from freebody.errors import ModelError
 

@@ -7,8 +7,9 @@ import freebody as fb
 from freebody.describe.loads.action import PointForce
 from freebody.dynamics import float_state, mass_matrix, polynomial_state, poses, traced_state
 from freebody.dynamics.conditions.constrained import independent_rows
-from freebody.dynamics.conditions.constraints import linearized, residuals
+from freebody.dynamics.conditions.constraints import residuals
 from freebody.dynamics.conditions.contact import contact_layout, contact_rows, row_of, rows_of, touches
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
 from freebody.dynamics.kinematics import (
     Spot,

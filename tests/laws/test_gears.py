@@ -11,7 +11,8 @@ import pytest
 import freebody as fb
 from freebody.describe.contacts.mesh import Mesh
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
-from freebody.dynamics.conditions.constraints import rows, separating_force, wrenches
+from freebody.dynamics.conditions.constraint_forces import separating_force, wrenches
+from freebody.dynamics.conditions.constraints import rows
 from freebody.dynamics.kinematics import link_postures, place_of, poses, rotation, velocities
 from freebody.dynamics.motion import all_reactions, motion
 from freebody.dynamics.state import float_state

@@ -9,7 +9,7 @@ import freebody as fb
 from freebody.dynamics import float_state, mass_matrix
 from freebody.dynamics.composite import mass_diagonal
 from freebody.dynamics.conditions.constrained import articulated_diagonal, constrained_dynamics, deep_speeds
-from freebody.dynamics.conditions.constraints import linearized
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.newton_euler import bias
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.start.loop_closure import closed_start

@@ -28,7 +28,8 @@ from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.kernels.reading import expression_of
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import loops
-from freebody.motion.ode.run import Run, sizes
+from freebody.motion.ode.memory import sizes
+from freebody.motion.ode.run import Run
 from freebody.motion.phase.scene import scene_of
 from freebody.motion.start.arguments import _equal
 from freebody.native.records import _layout

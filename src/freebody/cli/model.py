@@ -192,6 +192,16 @@ def find(model: str, **defaults: str) -> Any:
     return gallery[model]
 
 
+def check_run(until: float | None, tolerance: float | None) -> None:
+    """Refuse a length of a run that is not positive, and a tolerance that is none."""
+    if until is not None and not until > 0:
+        raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")
+    if tolerance is not None and not 0 < tolerance < 1:
+        raise click.BadParameter(
+            f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
+        )
+
+
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the ``--set`` values by name; raise if the system has no such parameter or it has another unit."""
     from ..describe.description import parameters_of

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import click
 
-from .model import Number, Setting, find, model_argument, settings_of
+from .model import Number, Setting, check_run, find, model_argument, settings_of
 
 
 @click.command()
@@ -47,12 +47,7 @@ def report(
     """
     from ..picture.page.report import report as write
 
-    if until is not None and not until > 0:
-        raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")
-    if tolerance is not None and not 0 < tolerance < 1:
-        raise click.BadParameter(
-            f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
-        )
+    check_run(until, tolerance)
     if kind == "pdf" and output is not None and output.suffix.lower() != ".pdf":
         raise click.UsageError(
             f"--pdf: expected a file name that ends in .pdf after -o, got '{output.name}'."

@@ -12,7 +12,7 @@ import click
 
 from ..errors import SimulationError
 from ..scalar.digits import significant
-from .model import Number, Setting, find, model_argument, settings_of
+from .model import Number, Setting, check_run, find, model_argument, settings_of
 from .table import Grid
 
 MOST = 24
@@ -50,12 +50,7 @@ def run(
 
     Nothing is written unless -o names a folder.
     """
-    if until is not None and not until > 0:
-        raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")
-    if tolerance is not None and not 0 < tolerance < 1:
-        raise click.BadParameter(
-            f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
-        )
+    check_run(until, tolerance)
     start = perf_counter()
     entry = find(model)
     values = settings_of(entry.build(), settings)

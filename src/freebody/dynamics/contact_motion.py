@@ -27,7 +27,8 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .conditions.constrained import constrained_loading, with_wrenches
-from .conditions.constraints import friction_along_tangents, linearized, rows
+from .conditions.constraint_forces import friction_along_tangents
+from .conditions.constraints import rows
 from .conditions.contact import (
     contact_rows,
     given_normal_force,
@@ -35,6 +36,7 @@ from .conditions.contact import (
     touch,
     unit_forces,
 )
+from .conditions.linearized import linearized
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
 from .loads.actions import scaled

@@ -15,6 +15,7 @@ from typing import Any
 
 from ..model.model import Model
 from ..scalar.algebra import Scalar, divide
+from ..space.spatial import Spatial
 from .joints.freedom import free_displacements
 from .state import State
 
@@ -43,10 +44,7 @@ def accelerations_of_coordinates(
 def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Scalar]) -> dict[int, Scalar]:
     """Return τ with Jᵀ τ = Q: forces conjugate to the displacements from forces conjugate to the speeds."""
     assert model.order is not None
-    links_with: dict[int, list[tuple[int, Any]]] = {}
-    for i, link in enumerate(model.links):
-        for j, partial in link.partials:
-            links_with.setdefault(j, []).append((i, partial))
+    links_with = _links_with(model)
     tau: dict[int, Scalar] = {}
     for i, j in reversed(model.order):
         rest = forces.get(j, 0)
@@ -60,15 +58,21 @@ def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Sca
     return tau
 
 
+def _links_with(model: Model) -> dict[int, list[tuple[int, Any]]]:
+    """Return, for each coordinate, the links whose displacements depend on it, with ∂y/∂q."""
+    result: dict[int, list[tuple[int, Any]]] = {}
+    for i, link in enumerate(model.links):
+        for j, partial in link.partials:
+            result.setdefault(j, []).append((i, partial))
+    return result
+
+
 def forces_on_free_displacements(model: Model, state: State, speed: int, force: Scalar) -> dict[int, Scalar]:
     """Return τ along the displacements that can change alone, equivalent to a ``force`` conjugate to one speed.
 
     Forces on displacements that share coordinates are not included: they are part of their joints' reactions.
     """
-    links_with: dict[int, list[tuple[int, Any]]] = {}
-    for i, link in enumerate(model.links):
-        for j, partial in link.partials:
-            links_with.setdefault(j, []).append((i, partial))
+    links_with = _links_with(model)
     tau: dict[int, Scalar] = {}
     for i, j in free_displacements(model):
         rest = force if j == speed else 0
@@ -86,4 +90,19 @@ def forces_on_coordinates(model: Model, state: State, tau: Sequence[Scalar]) -> 
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
             total[j] = total[j] + state(partial) * tau[i]
+    return total
+
+
+def forces_on_speeds(
+    model: Model, state: State, tau: Sequence[Scalar], wrenches: Sequence[Spatial]
+) -> list[Scalar]:
+    """Return the forces conjugate to all speeds: Jᵀ τ, and the wrenches on the links of ball and free joints."""
+    total = forces_on_coordinates(model, state, tau)
+    for i, link in enumerate(model.links):
+        if link.u >= 0:
+            n, f = wrenches[i]
+            for k in range(3):
+                total[link.u + k] = n[k]
+                if link.flies:
+                    total[link.u + 3 + k] = f[k]
     return total

@@ -42,8 +42,10 @@ from ..space.spatial import (
     power,
 )
 from .composite import mass_matrix
-from .conditions.constraints import linearized, rows, separating_force, wrenches
-from .coordinates import forces_on_coordinates
+from .conditions.constraint_forces import separating_force, wrenches
+from .conditions.constraints import rows
+from .conditions.linearized import linearized
+from .coordinates import forces_on_speeds
 from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
 from .linear import Factorization, applied, combined, products
@@ -73,19 +75,8 @@ def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
 def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Scalar, ...]:
     """Return Jᵀ P, the impulses conjugate to the speeds [N s, N m s]. Length n_u."""
     F = _inward(model, state, [blows.wrench(i) for i in range(len(model.links))])
-    total = forces_on_coordinates(
-        model,
-        state,
-        [power(state.subspace(i), F[i]) if link.one_dof else 0 for i, link in enumerate(model.links)],
-    )
-    for i, link in enumerate(model.links):
-        if link.u >= 0:
-            n, f = F[i]
-            for k in range(3):
-                total[link.u + k] = n[k]
-                if link.flies:
-                    total[link.u + 3 + k] = f[k]
-    return tuple(total)
+    tau = [power(state.subspace(i), F[i]) if link.one_dof else 0 for i, link in enumerate(model.links)]
+    return tuple(forces_on_speeds(model, state, tau, F))
 
 
 def speed_jumps(

@@ -157,12 +157,21 @@ def point_position(model: Model, state: State, point: Any) -> Vector:
     """Return the position of a point in the ground, in ground axes [m]."""
     if isinstance(point, Spot):
         return point.position
-    link, origin = place_of(model, point.body)
-    p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    link, _ = place_of(model, point.body)
+    p_LP_L = arm(model, state, point)
     if link == GROUND:
         return p_LP_L
     posture = link_postures(model, state)[link]
     return add(posture.position, apply(posture.rotation, p_LP_L))
+
+
+def arm(model: Model, state: State, point: Any) -> Vector:
+    """Return the position of a point from the origin of its body's link, in axes of the link [m]."""
+    link, origin = place_of(model, point.body)
+    if isinstance(point, Spot):
+        posture = link_postures(model, state)[link]
+        return apply_transpose(posture.rotation, subtract(point.position, posture.position))
+    return state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
 
 
 def point_velocity(model: Model, state: State, point: Any) -> Vector:
@@ -177,16 +186,15 @@ def point_velocity(model: Model, state: State, point: Any) -> Vector:
 
 def carried(model: Model, state: State, point: Any, twists: Sequence[Spatial]) -> Vector:
     """Return the velocity of a point in ground axes if the links move with these (w, v) of their origins."""
-    link, origin = place_of(model, point.body)
+    link, _ = place_of(model, point.body)
     if link == GROUND:
         return ZERO
     w, v = twists[link]
     if isinstance(point, Spot):
         posture = link_postures(model, state)[link]
-        arm = subtract(point.position, posture.position)
-        return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), arm))
-    p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    return apply(rotation(model, state, link), add(v, cross(w, p_LP_L)))
+        r = subtract(point.position, posture.position)
+        return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), r))
+    return apply(rotation(model, state, link), add(v, cross(w, arm(model, state, point))))
 
 
 def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Scalar]) -> Vector:
@@ -196,17 +204,12 @@ def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Sc
 
 def accelerated(model: Model, state: State, point: Any, links: Sequence[Spatial]) -> Vector:
     """Return the acceleration of a point in ground axes [m/s²] from those of the links (:func:`accelerations`)."""
-    link, origin = place_of(model, point.body)
+    link, _ = place_of(model, point.body)
     if link == GROUND:
         return ZERO
     alpha, a = links[link]
     turned = turning(velocities(model, state)[link][0], alpha)
-    if isinstance(point, Spot):
-        posture = link_postures(model, state)[link]
-        p = apply_transpose(posture.rotation, subtract(point.position, posture.position))
-    else:
-        p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    return apply(rotation(model, state, link), add(a, apply(turned, p)))
+    return apply(rotation(model, state, link), add(a, apply(turned, arm(model, state, point))))
 
 
 def angular_velocity(model: Model, state: State, body: Any) -> Vector:

@@ -12,7 +12,8 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, scale
 from .articulated import forward_dynamics
 from .conditions.constrained import constrained_dynamics, constrained_loading, constraint_power
-from .conditions.constraints import closed_forces, rows, wrenches
+from .conditions.constraint_forces import closed_forces, wrenches
+from .conditions.constraints import rows
 from .conditions.contact import wrench_on_feature
 from .energy import mechanical_power
 from .loads.loading import Loading, loading

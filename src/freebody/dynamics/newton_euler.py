@@ -20,7 +20,7 @@ from ..model.model import GROUND, JointPlace, Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, negate, scale
 from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
 from .armature import has_armature, resistance, spin_rate
-from .coordinates import forces_on_coordinates, forces_on_free_displacements
+from .coordinates import forces_on_free_displacements, forces_on_speeds
 from .joints.freedom import loads_on_child, on_ball, on_path, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loads.loading import Loading, loading
@@ -92,14 +92,9 @@ def inverse_dynamics(
         if link.one_dof and i in resisting:
             along = along + resisting[i][0]
         tau.append(along if acting is None else along - acting.along.get(i, 0))
-    total = forces_on_coordinates(model, state, tau)
+    total = forces_on_speeds(model, state, tau, F)
     for i, link in enumerate(model.links):
         if link.u >= 0:
-            n, f = F[i]
-            for k in range(3):
-                total[link.u + k] = n[k]
-                if link.flies:
-                    total[link.u + 3 + k] = f[k]
             for k, force in enumerate(resisting.get(i, ())):
                 total[link.u + k] = total[link.u + k] + force
     if acting is not None:

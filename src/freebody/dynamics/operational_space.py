@@ -17,7 +17,7 @@ from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.algebra import Scalar, apply
 from .composite import mass_matrix
-from .conditions.constraints import linearized
+from .conditions.linearized import linearized
 from .kinematics import accelerations, jacobian, place_of, point_acceleration, rotation
 from .linear import Factorization, products
 from .motion import motion

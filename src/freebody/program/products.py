@@ -29,7 +29,8 @@ from ..dynamics import (
     traced_state,
 )
 from ..dynamics.conditions.constrained import constrained_dynamics
-from ..dynamics.conditions.constraints import linearized, rows
+from ..dynamics.conditions.constraints import rows
+from ..dynamics.conditions.linearized import linearized
 from ..dynamics.kinematics import angular_velocity, jacobian_rate, point_velocity
 from ..dynamics.motion import Motion, all_reactions, motion, transmitting
 from ..dynamics.newton_euler import reactions

@@ -9,7 +9,8 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics import float_state
-from freebody.dynamics.conditions.constraints import linearized, residuals
+from freebody.dynamics.conditions.constraints import residuals
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.kinematics import state_along
 from freebody.errors import ModelError, SimulationError
 from freebody.scalar.series import Series

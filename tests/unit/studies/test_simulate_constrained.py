@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.conditions.constraints import linearized
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.state import float_state
 from freebody.errors import SimulationError
 

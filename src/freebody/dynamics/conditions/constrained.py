@@ -40,18 +40,17 @@ from ..loads.actions import accelerating, scaled
 from ..loads.loading import Loading, act, loading
 from ..newton_euler import bias
 from ..state import State, float_state
-from .constraints import (
+from .constraint_forces import (
     Action,
     closed_forces,
     friction_along_tangents,
-    linearized,
-    residuals,
-    rows,
     separating_force,
     torques,
     wrenches,
 )
+from .constraints import residuals, rows
 from .contact import rows_of
+from .linearized import linearized
 from .loops import articulated_masses, loop_motion, own_speeds
 from .mobility import check_mobility
 

@@ -17,7 +17,8 @@ from ...describe.constraints.constraint import Condition, Gear
 from ...model.model import Model
 from ..coordinates import forces_on_free_displacements
 from ..state import State
-from .constraints import linearized, rows
+from .constraints import rows
+from .linearized import linearized
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,9 @@ from ..loads.loading import loading
 from ..newton_euler import reactions
 from ..state import State
 from .constrained import DEPENDENT, constrained_loading
-from .constraints import linearized, rows
+from .constraints import rows
 from .couplings import couplings
+from .linearized import linearized
 
 LETTERS = "xyz"
 

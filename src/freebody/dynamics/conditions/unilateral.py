@@ -28,7 +28,8 @@ from ..composite import mass_matrix
 from ..linear import Factorization
 from ..newton_euler import bias
 from ..state import State
-from .constraints import linearized, rows
+from .constraints import rows
+from .linearized import linearized
 
 NEGLIGIBLE = Fraction(1, 10**6)
 """Fraction of the forces that balance in a constraint below which their sum counts as zero."""

@@ -13,9 +13,9 @@ from functools import partial
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.part import Part, answer
 from ...model.model import GROUND, Model
-from ...scalar.algebra import Scalar, Vector, apply_transpose, cross, scale, subtract
+from ...scalar.algebra import Scalar, Vector, apply_transpose, cross, scale
 from ...space.spatial import ZERO6, Spatial, plus
-from ..kinematics import Spot, link_postures, place_of, rotation
+from ..kinematics import arm, place_of, rotation
 from ..state import State
 from .actions import actions
 from .added_mass import added_energy_rate, moving
@@ -80,15 +80,11 @@ def _apply(model: Model, state: State, result: Loading, load: Part, action: Acti
     """Add one action to the loading."""
     match action:
         case PointForce(point, force):
-            link, origin = place_of(model, point.body)
+            link, _ = place_of(model, point.body)
             if link != GROUND:
-                if isinstance(point, Spot):
-                    posture = link_postures(model, state)[link]
-                    arm = apply_transpose(posture.rotation, subtract(point.position, posture.position))
-                else:
-                    arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+                r = arm(model, state, point)
                 force = apply_transpose(rotation(model, state, link), force)
-                result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
+                result.wrenches[link] = plus(result.wrench(link), (cross(r, force), force))
         case Couple(body, moment):
             link, _ = place_of(model, body)
             if link != GROUND:

@@ -18,7 +18,8 @@ from ..legs.driven import intervals
 from ..legs.failure import to_blame
 from ..ode import layout
 from ..ode.dense_output import Array, Rates
-from ..ode.run import COEFFICIENTS, POINTS, Series, equip, most_events, own_memory, sizes
+from ..ode.memory import equip, make_log, own_memory, sizes, watch
+from ..ode.run import COEFFICIENTS, POINTS, Series
 from .job import Job
 from .kernels import BatchProgram
 from .results import LANE_BY_LANE, Results
@@ -104,11 +105,8 @@ class LaneLoop:
 
     def _watch(self, run: Any, c: Array) -> None:
         """Write the event functions into the memory of a run, with room for the log of a step."""
-        search, size = run.search, most_events(self.program.watched) + 1
-        search.functions, search.c = self.program.address("watched"), c
-        search.directions[:], search.terminal[:] = self.directions, self.terminal
-        search.log_times, search.log_states = np.zeros(size), np.zeros((size, self.n))
-        search.log_numbers, search.log_signs = np.zeros((2, size), dtype=np.int64)
+        watch(run.search, self.program.address("watched"), c, self.directions, self.terminal)
+        make_log(run.search, 0, self.n)
 
     def memory(self) -> tuple[Any, ...]:
         """Return the memory of one thread: the batch, its lanes side by side, and memory for single runs."""

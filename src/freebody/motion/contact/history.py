@@ -9,11 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import linearized
-from ...dynamics.conditions.contact import contact_rows
-from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
-from ...dynamics.state import state_at
+from ...dynamics.conditions.unilateral import limits
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
@@ -23,6 +19,7 @@ from ..phase.scene import KINDS, at_limit
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown
+from .impact import impact_of, passed
 from .open_forces import LoggedSegment
 from .state import ContactRun
 
@@ -343,57 +340,3 @@ class Told:
     residual: float
 
     may_warn = True
-
-
-class ImpactEntry(NamedTuple):
-    """An impact of the log. ``open`` says that other distributions of the impulses would change the motion."""
-
-    t: float
-    part: float
-    still: float
-    before: Array
-    after: Array
-    chosen: list[int]
-    speeds: list[float]
-    speeds_after: list[float]
-    impulses: Array
-    open: bool
-
-
-def impact_of(work: ContactRun, entry: Entry) -> ImpactEntry:
-    """Return an impact of the log; ``impulses`` are those of all rows, in units of `candidates.stretches`."""
-    n_y, scene, numbers, chosen = work.it.n_y, work.scene, entry.numbers, entry.marks[2:]
-    t, part, _, still = numbers[:4].tolist()
-    before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
-    at, speeds, speeds_after, impulses = 4 + 2 * n_y, [], [], np.zeros(scene.rows)
-    for k in chosen:
-        size = 1 + scene.tangents[k]
-        speeds.append(float(numbers[at]))
-        speeds_after.append(float(numbers[at + 1]))
-        impulses[scene.first[k] : scene.first[k] + size] = numbers[at + 2 : at + 2 + size]
-        at += 2 + size
-    return ImpactEntry(
-        t, part, still, before, after, chosen, speeds, speeds_after, impulses, bool(entry.marks[0])
-    )
-
-
-def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
-    """Return warnings of one-sided constraints whose limits an impact exceeds.
-
-    The impulses Λ of the constraints follow from Gᵀ Λ = M Δu - Wᵀ P.
-    """
-    if not limits(work.model):
-        return ()
-    mine, y, impulses = slice(work.n, work.n + work.n_u), hit.before, hit.impulses * work.ratios
-    state = state_at(work.model, y, hit.t, work.values)
-    M: Any = np.array(mass_matrix(work.model, state))
-    W: Any = np.array(contact_rows(work.model, state).matrix)
-    active, conditions = list(work.scene.kernels.active), linearized(work.model, state).matrix
-    G = np.array([conditions[i] for i in active], dtype=float)
-    multipliers = np.zeros(len(conditions))
-    left = M @ (hit.after - y)[mine] - impulses @ W
-    multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
-    largest = max(np.abs(multipliers).max(), np.abs(impulses).max())
-    return passed_by_impulse(
-        work.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), hit.t
-    )

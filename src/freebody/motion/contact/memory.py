@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -18,7 +18,8 @@ from ..kernels.kernels import Kernels
 from ..kernels.sided_run import SidedRun
 from ..ode import loops
 from ..ode.dense_output import Array
-from ..ode.run import Run, equip, memory, most_events
+from ..ode.memory import equip, make_log, make_rows, memory, watch
+from ..ode.run import Run
 from ..phase.scene import Scene, functions
 from .patches import Patches
 
@@ -37,6 +38,24 @@ LONGEST = 1 << 15
 """Number of rows of the log with which the memory of a finished run is kept."""
 SPARE = 8
 """Number of memories of finished runs that a machine keeps: one for each thread that asks for the same functions."""
+
+
+def equip_loop(
+    it: EventRun, scene: Scene, address_of: Callable[[str], int], quaternions: Any, terminal: Sequence[Any]
+) -> None:
+    """Write what the loop from event to event reads of every machine, before its first step.
+
+    ``terminal`` says of each function of the user whether it ends the run.
+    """
+    for name, function in KERNELS.items():
+        setattr(it, name, address_of(function))
+    it.turned, it.quaternions = len(scene.model.quaternions), quaternions
+    it.ending[:] = [end.contact for end in scene.endings]
+    it.place[:] = [end.place for end in scene.endings]
+    it.final[:] = [*terminal, 0]
+    it.laws, it.first_law, it.moving, it.ready = scene.laws, len(terminal), scene.candidates.moving, 1
+    it.past[:] = -1
+    it.last = it.met_at = it.crept_from = -np.inf
 
 
 class Watched(NamedTuple):
@@ -81,26 +100,23 @@ class Memory:
         rows = min(rows, self.scene.rows)
         self.problem = contacts_room(min(rows, self.it.contacts), rows)
 
-    def equip(self, parameters: Array, expressions: Sequence[Any] = (), sensed: Sequence[Any] = ()) -> Any:
+    def equip(self, parameters: Array, watched: Watched) -> Any:
         """Write the kernels, compiled if they are not yet, with these functions of the user; return the phase."""
         it, scene, model = self.it, self.scene, self.model
         phase = scene.holding(("open",) * it.contacts, self.kernels.active)
         self.looking = scene.constants(parameters)
-        self.program = phase.whole(expressions, self.patches, sensed)
+        self.program = phase.whole(watched.expressions, self.patches, watched.sensed)
         self.phase = self.program.constants(parameters)
         compiled, energy = functions(), self.kernels.motion()
-        for name, kernel in KERNELS.items():
-            setattr(it, name, compiled[kernel].address)
         self.energy = np.array(energy.constants(parameters))
         it.energy, it.energy_c = energy.address("energy"), self.energy
         it.looking, it.phase = self.looking, self.phase
         it.watch, it.watch_later = np.zeros((2, self.program.outputs("watched")))
+        it.events = self.program.outputs("watched") - len(scene.endings)
+        it.ending, it.place = np.zeros((2, len(scene.endings)), dtype=np.int64)
+        it.final = np.zeros(len(watched.terminal) + 1, dtype=np.int64)
         indices = np.array(model.quaternions or [0], dtype=np.int64)
-        it.turned, it.quaternions = len(model.quaternions), indices
-        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
-        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
-        it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
-        it.laws, it.first_law = scene.laws, len(expressions)
+        equip_loop(it, scene, lambda name: compiled[name].address, indices, watched.terminal)
         numbers = len(parameters) + scene.laws
         self.hoisted = Hoisted.made(numbers=numbers, most_programs=1 + 2 * len(self.program.programs))
         self.parameters, it.hoisted = self.hoisted.parameters[: len(parameters)], self.hoisted.memory
@@ -115,22 +131,18 @@ class Memory:
     def prepare(self, parameters: Array, watched: Watched) -> None:
         """Write all that does not depend on the values and tolerances of a run."""
         it, scene = self.it, self.scene
-        phase = self.equip(parameters, watched.expressions, watched.sensed)
+        phase = self.equip(parameters, watched)
         self.kept = phase.rates_of(self.program, self.phase)
         self.watching, count = watched, len(watched.expressions)
         stops = 0 if self.patches is None else self.patches.functions_count
         self.endings = scene.laws + stops + len(scene.endings)
         self.steps, self.other = self._steps(watched.method), None
         logged = len(self.steps.search.log_times)
-        it.moving = scene.candidates.moving
         it.followed = count + scene.laws + stops if stops else 0
         it.asked, it.crossed = watched.asked, logged if watched.asked else 0
         it.piece = _piece(watched.method)
-        it.final = np.array([*watched.terminal, 0], dtype=np.int64)
         it.signs, it.ways = np.zeros((2, watched.asked + 1), dtype=np.int64)
         it.crossed_at = np.zeros(watched.asked + 1)
-        it.past[:] = -1
-        it.last = it.met_at = it.crept_from = -np.inf
         self._log_rows(LOG, LOG, LOG)
         self.bits = parameters.tobytes()
         self._keep()
@@ -141,22 +153,15 @@ class Memory:
         count = len(watched.expressions)
         m = count + self.endings
         run, own = memory(method, n, m)
-        search = run.search
+        search, address = run.search, self.program.address("watched")
         equip(run, own, self.kept)
         run.required = m
-        search.functions, search.c = self.program.address("watched"), self.phase
-        search.guarded = self.endings
+        watch(search, address, self.phase, watched.directions, watched.terminal, self.endings)
         search.unjudged[count + self.scene.laws :] = (
             1  # each phase says which gaps it judges (`event_loop.begin_steps`)
         )
-        search.directions[:] = [*watched.directions, *[-1] * self.endings]
-        search.terminal[:] = [*watched.terminal, *[1] * self.endings]
-        logged = PIECE + most_events(m) + 1
-        buffer = np.empty((PIECE + 1) * (2 + n))
-        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
-        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, n)
-        search.log_times, search.log_states = np.empty(logged), np.empty((logged, n))
-        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        make_rows(run, PIECE)
+        make_log(search, PIECE, n)
         return run
 
     def change_method(self) -> None:

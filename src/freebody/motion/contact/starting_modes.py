@@ -22,6 +22,7 @@ from ..phase.scene import KINDS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
+from .memory import Watched
 from .motion import check_coefficients
 from .run import check_apart, refusal
 from .state import ContactRun
@@ -77,13 +78,13 @@ def _modes(work: ContactRun, y: Array) -> tuple[Modes, list[int]]:
         see(work, y)
         why = code("decide")(it, work.memory.problem)
         if why == event_run.ASK_KERNELS:
-            work.memory.equip(work.parameters)
+            work.memory.equip(work.parameters, Watched("dop853"))
             leaving = 1
             continue
         said(work, why)
         leaving = code("begin_to_leave")(it)
         if leaving < 0:
-            work.memory.equip(work.parameters)
+            work.memory.equip(work.parameters, Watched("dop853"))
     code("find_dead")(it, work.memory.problem)
     return tuple(KINDS[mode] for mode in it.mode), it.dead.tolist()
 

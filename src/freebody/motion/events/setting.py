@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
+from ...native.instructions import Reals, compiled, greater, lesser, run_by
 from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
+from ..ode.states import to_unit
 from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
@@ -160,12 +161,7 @@ def project(it: EventRun) -> None:
 @compiled
 def normalise(it: EventRun) -> None:
     """Divide each quaternion of the state by its norm."""
-    for q in range(it.turned):
-        i, square = it.quaternions[q], 0.0
-        for j in range(4):
-            square += it.y[i + j] * it.y[i + j]
-        for j in range(4):
-            it.y[i + j] /= root(square)
+    to_unit(it.y, it.quaternions, it.turned)
 
 
 @compiled

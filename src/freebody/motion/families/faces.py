@@ -9,8 +9,9 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, inlined, root
+from ...native.instructions import Integers, Reals, compiled, root
 from .family_record import Core, Families, Patch
+from .vectors import along, cross, vector
 
 ALONG = 1e-11
 """Distance, relative to the size of a solid, that is round-off."""
@@ -24,20 +25,14 @@ CORNER, FACE, NOWHERE = -1, -2, -3
 deepest corner has no features."""
 
 
-@inlined
-def along(n: Reals, x: Reals) -> float:
-    """Return n·x."""
-    return n[0] * x[0] + n[1] * x[1] + n[2] * x[2]
-
-
 @compiled
 def face_normal(core: Core, face: Integers, n: Reals) -> None:
     """Set the outward unit normal of a face, whose corners are given."""
     p, q, s = core.corners[3 * face[0] :], core.corners[3 * face[1] :], core.corners[3 * face[2] :]
-    a, b, c = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    d, e, f = s[0] - p[0], s[1] - p[1], s[2] - p[2]
-    n[0], n[1], n[2] = b * f - c * e, c * d - a * f, a * e - b * d
-    length = root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    a, b, c = vector(p, q)
+    d, e, f = vector(p, s)
+    n[0], n[1], n[2] = cross(a, b, c, d, e, f)
+    length = root(along(n, n))
     for j in range(3):
         n[j] /= length
 
@@ -76,9 +71,9 @@ def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> Non
     count = towards(of, other, patch)
     for k in range(sides):
         p, q = core.corners[3 * face[k] :], core.corners[3 * face[(k + 1) % sides] :]
-        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        x, y, z = vector(p, q)
         m = patch.trial
-        m[0], m[1], m[2] = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+        m[0], m[1], m[2] = cross(x, y, z, n[0], n[1], n[2])
         count = cut_side(patch, count, p, m, k)
     p = core.corners[3 * face[0] :]
     height, r = along(n, p), core.radius + other.radius

@@ -25,12 +25,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from ...native.instructions import Integers, Reals, bits, compiled, greater, lesser, reals_at, root
+from ...native.instructions import Integers, Reals, bits, compiled, greater, inlined, lesser, reals_at, root
 from ...native.records import Count, Kernel, Record, Row, Wholes, record
-from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, along, face_normal
+from .faces import ALONG, BESIDE, CORNER, FACE, FAR, HEAD, NOWHERE, face_normal
 from .family_record import POSE, Core, Families
 from .nearest import outside
 from .patches import measure
+from .vectors import along, cross, vector
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
@@ -132,14 +133,10 @@ def counts(it: Followed, k: int) -> int:
     if one[1] < 0 or one[3] < 0:  # a face or a corner
         return 1
     a, b, n = it.families.one, it.families.other, it.normal
-    p, q, r, s = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * one[1] :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * one[3] :],
-    )
-    x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
-    n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
+    p, q, r, s = edges(a, b, one)
+    x, y, z = vector(p, q)
+    u, v, w = vector(r, s)
+    n[0], n[1], n[2] = cross(x, y, z, u, v, w)
     lengths = root((x * x + y * y + z * z) * (u * u + v * v + w * w))
     return 1 if root(along(n, n)) > PARALLEL * lengths else 0
 
@@ -265,12 +262,7 @@ def meet(it: Followed, one: Integers) -> int:
     Return 0 if they are parallel, else 1.
     """
     a, b = it.families.one, it.families.other
-    p, q, r, s = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * end_of(one, 0) :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * end_of(one, 2) :],
-    )
+    p, q, r, s = edges(a, b, one)
     uu, uw, ww, ud, wd = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
         u, w, d = q[k] - p[k], s[k] - r[k], r[k] - p[k]
@@ -307,12 +299,7 @@ def set_point(it: Followed, one: Integers) -> None:
     else:
         meet(it, one)
         part, length = it.part, gap + a.radius + b.radius
-        p, q, r, s = (
-            a.corners[3 * one[0] :],
-            a.corners[3 * end_of(one, 0) :],
-            b.corners[3 * one[2] :],
-            b.corners[3 * end_of(one, 2) :],
-        )
+        p, q, r, s = edges(a, b, one)
         for k in range(3):
             x, y = p[k] + part[0] * (q[k] - p[k]), r[k] + part[1] * (s[k] - r[k])
             it.point[k] = y + (shift * (x - y) / length if length != 0.0 else 0.0)
@@ -322,6 +309,14 @@ def set_point(it: Followed, one: Integers) -> None:
 def end_of(one: Integers, at: int) -> int:
     """Return the other corner of an edge; of a corner itself."""
     return one[at] if one[at + 1] == CORNER else one[at + 1]
+
+
+@inlined
+def edges(a: Core, b: Core, one: Integers) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return the ends of the two edges of a place; a corner is both ends of its own."""
+    p, q = a.corners[3 * one[0] :], a.corners[3 * end_of(one, 0) :]
+    r, s = b.corners[3 * one[2] :], b.corners[3 * end_of(one, 2) :]
+    return p, q, r, s
 
 
 @compiled
@@ -343,14 +338,10 @@ def gap_of(it: Followed, one: Integers) -> float:
         return over(it, a, one[0], b, one[2]) - both
     if one[3] == FACE:
         return over(it, b, one[2], a, one[0]) - both
-    p, q, r, s, n = (
-        a.corners[3 * one[0] :],
-        a.corners[3 * end_of(one, 0) :],
-        b.corners[3 * one[2] :],
-        b.corners[3 * end_of(one, 2) :],
-        it.normal,
-    )
-    x, y, z, u, v, w = q[0] - p[0], q[1] - p[1], q[2] - p[2], s[0] - r[0], s[1] - r[1], s[2] - r[2]
+    p, q, r, s = edges(a, b, one)
+    n = it.normal
+    x, y, z = vector(p, q)
+    u, v, w = vector(r, s)
     if one[1] == CORNER or one[3] == CORNER:
         x, y, z = x + u, y + v, z + w  # of the edge, if there is one
         square, part = x * x + y * y + z * z, 0.0
@@ -360,7 +351,7 @@ def gap_of(it: Followed, one: Integers) -> float:
             part = (n[0] * x + n[1] * y + n[2] * z) / square
         n[0], n[1], n[2] = n[0] - part * x, n[1] - part * y, n[2] - part * z
         return root(along(n, n)) - both
-    n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
+    n[0], n[1], n[2] = cross(x, y, z, u, v, w)
     gap, points = (along(n, p) - along(n, r)) / root(along(n, n)), of.patch
     # an edge that is steep over a face crosses it on the side of the face, whatever the middles say
     towards = along(n, points.points[0][3:]) if points.count > 0 else along(n, a.middle) - along(n, b.middle)

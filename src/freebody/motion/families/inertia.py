@@ -10,6 +10,7 @@ from __future__ import annotations
 from ...native.instructions import Reals, compiled, room
 from ..cones.contact_problem import Blocks
 from .family_record import POSE, Links
+from .vectors import from_axes, in_axes
 
 MASSES = 13
 """Numbers of the inertia of a link."""
@@ -64,13 +65,11 @@ def motion_of(links: Links, link: int, a: int, j: int, inertia: Reals, result: R
         return
     w, v, d = room(3), room(3), room(3)
     for i in range(3):
-        w[i] = A[3 * i] * S[0] + A[3 * i + 1] * S[1] + A[3 * i + 2] * S[2]
-        v[i] = A[3 * i] * S[3] + A[3 * i + 1] * S[4] + A[3 * i + 2] * S[5]
+        w[i], v[i] = from_axes(A, i, S[0], S[1], S[2]), from_axes(A, i, S[3], S[4], S[5])
         d[i] = R[9 + i] - A[9 + i]
-        d[i] += R[3 * i] * inertia[1] + R[3 * i + 1] * inertia[2] + R[3 * i + 2] * inertia[3]
+        d[i] += from_axes(R, i, inertia[1], inertia[2], inertia[3])
     v[0] += w[1] * d[2] - w[2] * d[1]
     v[1] += w[2] * d[0] - w[0] * d[2]
     v[2] += w[0] * d[1] - w[1] * d[0]
     for i in range(3):
-        result[i] = R[i] * w[0] + R[3 + i] * w[1] + R[6 + i] * w[2]
-        result[3 + i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2]
+        result[i], result[3 + i] = in_axes(R, i, w[0], w[1], w[2]), in_axes(R, i, v[0], v[1], v[2])

@@ -11,6 +11,7 @@ from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Members, Pairs
 from .nearest import EDGES
 from .patches import measure_cores, take_core
+from .vectors import along, from_axes
 
 P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
@@ -310,11 +311,11 @@ def direct(of: Families, second: int, found: Reals) -> None:
     d, R = of.laws.along[3 * of.members.family[second] :], of.links.poses[POSE * of.members.link[second] :]
     n, t = found[1:], found[T:]
     for i in range(3):
-        t[i] = R[3 * i] * d[0] + R[3 * i + 1] * d[1] + R[3 * i + 2] * d[2]
-    across = t[0] * n[0] + t[1] * n[1] + t[2] * n[2]
+        t[i] = from_axes(R, i, d[0], d[1], d[2])
+    across = along(t, n)
     for i in range(3):
         t[i] -= across * n[i]
-    size = root(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    size = root(along(t, t))
     for i in range(3):
         t[i] /= size
     for i in range(3):

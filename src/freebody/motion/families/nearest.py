@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, hot, lesser, root
-from .faces import ALONG, CORNER, FAR, HEAD, add_point, along, meet_edge
+from .faces import ALONG, CORNER, FAR, HEAD, add_point, meet_edge
 from .family_record import Core, Families, Patch
+from .vectors import along, cross, vector
 
 PARALLEL = 1e-12
 """Square of the sine of the angle up to which two edges count as parallel."""
@@ -17,7 +18,7 @@ def least(core: Core, n: Reals) -> float:
     """Return the least n·v of the corners of a core."""
     result, v = FAR, core.corners
     for k in range(core.count):
-        result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+        result = lesser(result, along(n, v[3 * k :]))
     return result
 
 
@@ -27,7 +28,7 @@ def least_beyond(core: Core, n: Reals, height: float, bar: float) -> float:
     """Return the least n·v of the corners of a core, or one of them that is less than ``bar`` above a height."""
     result, v = FAR, core.corners
     for k in range(core.count):
-        result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
+        result = lesser(result, along(n, v[3 * k :]))
         if result - height < bar:
             break
     return result
@@ -203,8 +204,8 @@ def outside(core: Core, face: Integers, count: int, n: Reals, w: Reals) -> float
     result = -FAR
     for k in range(count):
         p, q = core.corners[3 * face[k] :], core.corners[3 * face[(k + 1) % count] :]
-        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        a, b, c = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+        x, y, z = vector(p, q)
+        a, b, c = cross(x, y, z, n[0], n[1], n[2])
         length = root(a * a + b * b + c * c)
         result = greater(result, (a * (w[0] - p[0]) + b * (w[1] - p[1]) + c * (w[2] - p[2])) / length)
     return result
@@ -237,9 +238,9 @@ def crossing(of: Families, a: Core, b: Core, patch: Patch) -> None:
 @compiled
 def side_by_side(p: Reals, q: Reals, r: Reals, s: Reals) -> int:
     """Return 1 if the edges pq and rs are parallel; a corner is parallel to nothing."""
-    x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    u, v, w = s[0] - r[0], s[1] - r[1], s[2] - r[2]
-    c, d, e = y * w - z * v, z * u - x * w, x * v - y * u
+    x, y, z = vector(p, q)
+    u, v, w = vector(r, s)
+    c, d, e = cross(x, y, z, u, v, w)
     size = (x * x + y * y + z * z) * (u * u + v * v + w * w)
     return 1 if size > 0.0 and c * c + d * d + e * e <= PARALLEL * size else 0
 

@@ -10,6 +10,7 @@ from ...native.instructions import Reals, compiled, inlined, room
 from ..cones.contact_problem import Blocks
 from .family_record import POSE, Families, Links
 from .narrow_phase import P, Q, T
+from .vectors import cross, in_axes, vector
 
 
 @compiled
@@ -102,7 +103,7 @@ def turning(links: Links, link: int, e: Reals) -> float:
     """Return the angular velocity of a link along e."""
     R, total = links.poses[POSE * link :], 0.0
     for i in range(3):
-        total += R[12 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+        total += R[12 + i] * in_axes(R, i, e[0], e[1], e[2])
     return total
 
 
@@ -117,11 +118,11 @@ def press(
     for n in range(links.chain_at[link], links.chain_at[link + 1]):
         a = links.chain[n]
         R = links.poses[POSE * a :]
-        x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
-        m_x, m_y, m_z = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]
+        x, y, z = vector(R[9:], point)
+        m_x, m_y, m_z = cross(x, y, z, e[0], e[1], e[2])
         for i in range(3):
-            wrench[i] = sign * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
-            wrench[3 + i] = sign * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+            wrench[i] = sign * in_axes(R, i, m_x, m_y, m_z)
+            wrench[3 + i] = sign * in_axes(R, i, e[0], e[1], e[2])
         for j in range(links.motion_at[a], links.motion_at[a + 1]):
             S, total = links.axes[6 * j :], 0.0
             for i in range(6):
@@ -151,7 +152,7 @@ def twist(links: Links, blocks: Blocks, r: int, link: int, e: Reals, sign: float
         for j in range(links.motion_at[a], links.motion_at[a + 1]):
             S, total = links.axes[6 * j :], 0.0
             for i in range(3):
-                total += S[i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+                total += S[i] * in_axes(R, i, e[0], e[1], e[2])
             W[start + links.place[j]] += sign * total
 
 
@@ -169,9 +170,10 @@ def rate(of: Families, slot: int, e: Reals) -> float:
 def along(links: Links, link: int, point: Reals, e: Reals) -> float:
     """Return the velocity along e of the point of a link that is at a place now."""
     R = links.poses[POSE * link :]
-    x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
-    m_x, m_y, m_z, total = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0], 0.0
+    x, y, z = vector(R[9:], point)
+    m_x, m_y, m_z = cross(x, y, z, e[0], e[1], e[2])
+    total = 0.0
     for i in range(3):
-        total += R[12 + i] * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
-        total += R[15 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+        total += R[12 + i] * in_axes(R, i, m_x, m_y, m_z)
+        total += R[15 + i] * in_axes(R, i, e[0], e[1], e[2])
     return total

@@ -17,7 +17,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
-from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, along, cut, face_normal
+from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
 from .family_record import POSE, SOLID, Core, Families, Patch
 from .nearest import (
     EDGES,
@@ -33,6 +33,7 @@ from .nearest import (
     nearest_edges,
     round_points,
 )
+from .vectors import along, cross, vector
 
 
 @compiled
@@ -140,12 +141,12 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     d_x, d_y, d_z = b.middle[0] - a.middle[0], b.middle[1] - a.middle[1], b.middle[2] - a.middle[2]
     for i in range(edges[1]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
-        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        x, y, z = vector(p, q)
         for j in range(edges_b[1]):
             r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
-            u, v, w = s[0] - r[0], s[1] - r[1], s[2] - r[2]
-            n[0], n[1], n[2] = y * w - z * v, z * u - x * w, x * v - y * u
-            square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+            u, v, w = vector(r, s)
+            n[0], n[1], n[2] = cross(x, y, z, u, v, w)
+            square = along(n, n)
             if square > PARALLEL * (x * x + y * y + z * z) * (u * u + v * v + w * w):
                 length = root(square)
                 if n[0] * d_x + n[1] * d_y + n[2] * d_z < 0.0:

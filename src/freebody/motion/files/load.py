@@ -34,15 +34,17 @@ from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
 from ..phase.candidates import layout_of
 from ..phase.scene import Phase, phase_of
-from ..timestepping.course import Impulses, InSteps, Stepping
+from ..timestepping.course import InSteps
 from ..timestepping.intervals import Intervals
 from ..timestepping.pair_motion import PairLog, width_of
+from ..timestepping.steps import Impulses, Stepping
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
 from ..trajectory.in_legs import InLegs
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.trajectory import Trajectory
-from .save import COUNTS, FORM, GROUP, PATHS
+from .reader import Reader, damaged, parts_of
+from .save import COUNTS, FORM, PATHS
 
 if TYPE_CHECKING:
     import os
@@ -55,7 +57,7 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
         raise SimulationError(f"There is no file '{source}' to read a trajectory from.")
     if machine is not None:
         kernels_of(machine)  # refuses an object that is no machine
-    parts = _parts(source)
+    parts = parts_of(source)
     try:
         about = json.loads(bytes(parts.pop("about")))
         text = bytes(parts.pop("machine")).decode()
@@ -95,38 +97,7 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
         AttributeError,
         RecursionError,
     ) as error:
-        raise _damaged(source, error) from None
-
-
-def _damaged(source: Any, why: Any) -> SimulationError:
-    return SimulationError(f"Expected a motion that was saved whole in '{source}', but it is damaged: {why}.")
-
-
-def _parts(source: Any) -> dict[str, Any]:
-    """Return the arrays of the group."""
-    import h5py
-
-    try:
-        with h5py.File(source, "r") as file:
-            if GROUP not in file or not isinstance(file.get(GROUP, getlink=True), h5py.HardLink):
-                raise SimulationError(
-                    f"Expected a motion that was saved by freebody in '{source}', found a table alone. "
-                    "xarray.load_dataset(path) reads that."
-                )
-            group = file[GROUP]
-            names = {name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)}
-            arrays = {
-                name: x
-                for name in names
-                if isinstance(x := group[name], h5py.Dataset) and x.dtype.kind in "fiu"
-            }
-            if sum(x.nbytes for x in arrays.values()) > source.stat().st_size:  # arrays are not compressed
-                raise _damaged(source, "it is shorter than what it holds")
-            return {name: x[()] for name, x in arrays.items() if not x.external and not x.is_virtual}
-    except (OSError, RuntimeError) as error:
-        raise SimulationError(
-            f"Expected a trajectory in netCDF format in '{source}', but it cannot be read: {error}"
-        ) from None
+        raise damaged(source, error) from None
 
 
 def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) -> Trajectory:
@@ -146,7 +117,7 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
         widths = {variation.size}
     else:
         widths = {"contacts": {width + 2}, "steps": {width}}.get(kind, {width, width + 1})
-    read = _Reader(parts)
+    read = Reader(parts)
     t = read.reals("output_times", (None,))
     outputs = read.reals("output_states", (len(t), None))
     if outputs.shape[1] not in widths:
@@ -165,7 +136,7 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
 
 
 def _course(
-    kind: str, of: tuple[Any, Any, Any], about: Mapping[str, Any], read: _Reader, variation: Any
+    kind: str, of: tuple[Any, Any, Any], about: Mapping[str, Any], read: Reader, variation: Any
 ) -> Course:
     """Return the course of a kind of motion, of kernels, values of parameters and a path."""
     kernels, values, path = of
@@ -203,7 +174,7 @@ def _course(
     return InLegs(happenings)
 
 
-def _intervals(kernels: Kernels, values: Mapping[str, float], read: _Reader, steps: int) -> Intervals:
+def _intervals(kernels: Kernels, values: Mapping[str, float], read: Reader, steps: int) -> Intervals:
     """Return the values of the parameters in every step."""
     if "interval_first" not in read.parts:
         return Intervals(np.zeros(1, dtype=np.int64), kernels.parameters(values)[None], np.zeros(1))
@@ -214,7 +185,7 @@ def _intervals(kernels: Kernels, values: Mapping[str, float], read: _Reader, ste
     return Intervals(first, parameters, read.reals("interval_jumps", (len(first),)))
 
 
-def _corrections(model: Model, read: _Reader, steps: int) -> Array:
+def _corrections(model: Model, read: Reader, steps: int) -> Array:
     """Return the corrections of the state; in files of earlier versions speeds had none."""
     width = model.n_q + model.n_u
     if np.shape(read.parts["corrections"]) != (steps, model.n_q):
@@ -236,7 +207,7 @@ def _happening(
     return Happening(float(time), str(name), int(sign), dict(before), str(text), dict(after), warnings)
 
 
-def _pairs(model: Model, read: _Reader, steps: int) -> PairLog:
+def _pairs(model: Model, read: Reader, steps: int) -> PairLog:
     """Return the entries of pairs of families in every step."""
     if not model.families:
         return PairLog(np.empty((0, 0)), np.zeros(steps + 1, dtype=np.int64))
@@ -284,7 +255,7 @@ def _segments(
     kernels: Kernels,
     rates_of: Any,
     about: Mapping[str, Any],
-    read: _Reader,
+    read: Reader,
     width: int,
     values: Mapping[str, float],
 ) -> list[Segment]:
@@ -390,29 +361,3 @@ def _fitting(width: int, make: Callable[..., Rates], *arguments: Any) -> Rates:
             "not of this machine."
         )
     return rates
-
-
-class _Reader:
-    """Arrays of given shapes, in the memory layout of compiled code."""
-
-    def __init__(self, parts: Mapping[str, Any]) -> None:
-        self.parts = parts
-
-    def reals(self, name: str, shape: tuple[int | None, ...]) -> Array:
-        """Return an array of real numbers."""
-        return np.ascontiguousarray(self._checked(name, shape), dtype=float)
-
-    def integers(self, name: str, shape: tuple[int | None, ...], below: int) -> Any:
-        """Return an array of integers from 0 to ``below`` - 1."""
-        array = np.ascontiguousarray(self._checked(name, shape), dtype=np.int64)
-        if array.size and not 0 <= array.min() <= array.max() < below:
-            raise ValueError(f"'{name}' has numbers that mean nothing")
-        return array
-
-    def _checked(self, name: str, shape: tuple[int | None, ...]) -> Any:
-        array = self.parts[name]
-        if array.ndim != len(shape) or any(
-            want not in (None, have) for want, have in zip(shape, array.shape, strict=True)
-        ):
-            raise ValueError(f"'{name}' has the shape {array.shape}")
-        return array

@@ -30,7 +30,8 @@ from ..kernels.sides import SidedKernels
 from ..legs.sided_variation import SidedVariation
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
-from ..timestepping.course import InSteps, Steps
+from ..timestepping.course import InSteps
+from ..timestepping.steps import Steps
 from ..trajectory.phases import Phases, Segment, segments_of
 from ..trajectory.trajectory import Trajectory
 from .replacing import replacing

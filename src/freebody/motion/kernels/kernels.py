@@ -41,7 +41,8 @@ from ...dynamics.conditions.constrained import (
     least_speed_change,
     moved_onto,
 )
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.mobility import check_bodies
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.linear import Selection, entries

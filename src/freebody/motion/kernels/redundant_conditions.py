@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from ...dynamics import State
 from ...dynamics.conditions.constrained import condition_groups
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.linear import Factorization, applied, is_zero, products
 from ...model import Model
 from ...scalar.algebra import Scalar, divide

@@ -6,9 +6,10 @@ constants, so that the steps see no jump and no bend.
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, root, run_by, whole
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, run_by, whole
 from ..ode.layout import FINISHED, RUNNING, STUCK, TERMINAL
 from ..ode.run import Run
+from ..ode.states import close_gaps, normalise
 from .hoisted import Hoisted
 from .renewal import renew
 from .sided_run import SidedLoop, SidedRun
@@ -77,12 +78,7 @@ def start(loop: SidedLoop) -> int:
     inner.stop_if_stiff, inner.fixed, inner.required = run.stop_if_stiff, run.fixed, run.required
     for i in range(run.n):
         inner.initial[i] = inner.y[i] = run.initial[i]
-    for j in range(inner.n_quaternions):
-        size, at = 0.0, inner.quaternions[j]
-        for i in range(4):
-            size += inner.y[at + i] * inner.y[at + i]
-        for i in range(4):
-            inner.y[at + i] /= root(size)
+    normalise(inner, inner.y)
     loop.longest_step = run.h
     copy_row(inner.t, inner.y, run, 0)
     renew(Hoisted(s.hoisted))
@@ -218,10 +214,6 @@ def end_leg(loop: SidedLoop) -> int:
 def finish(loop: SidedLoop) -> None:
     """Write the numbers of the run, and close the gaps in its rows."""
     run, inner = Run(loop.run), Run(loop.inner)
-    n, times, states = run.accepted, run.times, run.states[0]
-    for k in range(n):
-        times[n + 1 + k] = run.lengths[k]
-    for i in range((n + 1) * run.n):
-        times[2 * n + 1 + i] = states[i]
+    close_gaps(run)
     run.t, run.h, run.blame = inner.t, inner.h, inner.blame
     run.rejected, run.evaluated, run.stiffness = inner.rejected, inner.evaluated, inner.stiffness

@@ -19,7 +19,9 @@ from ..ode import loops
 from ..ode.dense_output import Array, Path, Rates, Watch
 from ..ode.integration import Halt, Integration
 from ..ode.layout import SINGLE_STEPS
-from ..ode.run import Run, equip, memory, most_events
+from ..ode.memory import equip, make_log, make_rows, memory
+from ..ode.memory import watch as watch_by
+from ..ode.run import Run
 from .contact_quantities import laws_watched, watched_program
 from .hoisted import Hoisted
 from .kernels import Kernels
@@ -145,15 +147,10 @@ class Steps:
         loop.directions[:], loop.final[:] = watched.directions, watched.terminal
         loop.piece = loops.functions(common.method).functions["piece"].address
         loop.inner, loop.sided = inner.memory, self.laws.memory
-        search, rows, logged = inner.search, PIECE + 1, PIECE + most_events(m + laws) + 1
-        search.functions, search.c, search.guarded = code("watched").address, loop.memory, laws
-        search.directions[:] = [*watched.directions, *[-1] * laws]
-        search.terminal[:] = [*watched.terminal, *[1] * laws]
-        buffer = np.empty(rows * (2 + n))
-        inner.times, inner.lengths = buffer[:rows], buffer[rows : 2 * rows]
-        inner.states = buffer[2 * rows :].reshape(rows, n)
-        search.log_times, search.log_states = np.empty(logged), np.empty((logged, n))
-        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        address = code("watched").address
+        watch_by(inner.search, address, loop.memory, watched.directions, watched.terminal, laws)
+        make_rows(inner, PIECE)
+        make_log(inner.search, PIECE, n)
         self.inner, self.room = inner, 0
         self.pieces = code("pieces")
 

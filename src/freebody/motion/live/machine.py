@@ -29,7 +29,7 @@ from ..kernels.hoisted import Hoisted
 from ..kernels.reading import expression_of
 from ..kernels.sides import laws_of, sided_kernels, sides_of, unsided
 from ..kernels.switches import value_of
-from ..ode.run import sizes
+from ..ode.memory import sizes, watch
 from ..start.closing_record import sizes_of_closing
 from ..start.initial import named_numbers, quaternions_by_joint
 from ..start.loop_closure import equip
@@ -213,10 +213,9 @@ class LiveMachine:
         live.tolerances[:] = setting.relative
         run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search, specs = run.search, setting.specs
-        search.functions, search.c = addresses.get("events", 0), live.constants
         run.required = len(specs)
-        search.directions[:] = [spec.direction for spec in specs]
-        search.terminal[:] = [spec.terminal for spec in specs]
+        directions, terminal = [spec.direction for spec in specs], [spec.terminal for spec in specs]
+        watch(search, addresses.get("events", 0), live.constants, directions, terminal)
         search.log_times, search.log_numbers = live.event_times, live.event_numbers
         search.log_signs, search.log_states = live.event_signs, live.event_states
 

@@ -9,7 +9,6 @@ The functions of `phase.phase_kernels` call them, with modes as data (`PhaseData
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,11 +18,12 @@ import numpy as np
 from ...dynamics import State
 from ...scalar.algebra import Scalar
 from ..cones.contacts import Contacts, contacts_room
-from ..contact.memory import KERNELS
+from ..contact.memory import equip_loop
 from ..events import event_run
 from ..kernels.hoisted import Hoisted
 from ..kernels.sided_run import SidedRun, sided_run
 from ..kernels.sides import sided_kernels
+from ..ode.memory import watch
 from ..phase.scene import DataProgram, Source, scene_of
 from .memory import Live
 from .setting import Setting
@@ -141,6 +141,10 @@ class TouchingMachine:
         """Write what the loop reads of the machine."""
         it, hold, scene, setting = self.run, live.touching, self.scene, self.setting
         model, count = scene.model, len(setting.specs)
+        directions, terminal = (
+            [spec.direction for spec in setting.specs],
+            [spec.terminal for spec in setting.specs],
+        )
         hold.run, hold.problem = it.memory, self.problem.memory
         hold.observing = addresses["derived"]
         for name, program in (("phase", self.of_phase), ("looking", self.of_looking)):
@@ -148,9 +152,6 @@ class TouchingMachine:
             getattr(hold, f"of_{name}")[:] = [
                 program.data.placed[f"{kernel}_c"][0] for kernel in program.programs
             ]
-        hold.ending[:] = [end.contact for end in scene.endings]
-        hold.place[:] = [end.place for end in scene.endings]
-        hold.final[:] = [*(spec.terminal for spec in setting.specs), 0]
         live.quaternions[:] = model.quaternions
         for run in (live.run, live.viewer):
             run.rates, run.projection = addresses["rates"], addresses["projection"]
@@ -159,28 +160,21 @@ class TouchingMachine:
             run.longest, run.required = np.inf, count + self.endings
             run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search = live.run.search
-        search.functions, search.c, search.guarded = addresses["watched"], hold.phase, self.endings
-        search.directions[:] = [*(spec.direction for spec in setting.specs), *[-1] * self.endings]
-        search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * self.endings]
+        watch(search, addresses["watched"], hold.phase, directions, terminal, self.endings)
         search.log_times, search.log_states = hold.event_times, hold.event_states
         search.log_numbers, search.log_signs = hold.event_numbers, hold.event_signs
-        for name, function in KERNELS.items():
-            setattr(it, name, addresses[function])
         it.piece, it.finding, it.colliding = (addresses[name] for name in ("piece", "find", "collided"))
         it.energy, it.energy_c = addresses["energies"], live.constants
         it.looking, it.phase = hold.looking, hold.phase
         it.hoisted = hoisted.memory
-        it.turned, it.quaternions = len(model.quaternions), live.quaternions
         for name in ROWS:
             setattr(it, name, getattr(hold, name))
+        equip_loop(it, scene, addresses.__getitem__, live.quaternions, terminal)
         it.marks_room, it.numbers_room, it.path_room = hold.marks.size, hold.numbers.size, hold.times.size
-        it.events, it.asked, it.laws, it.first_law = count + scene.laws, count, scene.laws, count
+        it.events, it.asked = count + scene.laws, count
         it.crossed = hold.event_times.size if count else 0
-        it.ready, it.moving = 1, self.candidates.moving
         it.sequential, it.refuse = setting.sequential, setting.refuse
         it.longest, it.stale, it.most_phases = setting.longest, 1, event_run.PHASES
-        it.past[:] = -1
-        it.last = it.met_at = -math.inf
         live.tolerances[:] = [*setting.relative[: model.n_q + model.n_u], *[max(setting.relative)] * 2]
         if scene.sides is not None:
             laws = sided_run(scene.sides, live.tolerances.size, hoisted, addresses["laws"], live.constants)

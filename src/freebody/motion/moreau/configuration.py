@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, inlined, root
+from ...native.instructions import Reals, compiled, inlined
 from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
 from ..families.faces import FAR
 from ..families.inertia import mass_blocks
+from ..ode.states import to_unit
 from .elimination import answer, factor, hold
 from .pairs import begin_closed, close_pairs, family_of, lay_pairs
 from .stepping_record import (
@@ -135,11 +136,7 @@ def adhesion_of(run: Run, c: int) -> float:
 @compiled
 def normalize(machine: Machine, y: Reals) -> None:
     """Divide each quaternion of a state by its norm."""
-    for k in range(machine.n_quaternions):
-        q = y[machine.quaternions[k] :]
-        length = root(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        for j in range(4):
-            q[j] /= length
+    to_unit(y, machine.quaternions, machine.n_quaternions)
 
 
 @compiled

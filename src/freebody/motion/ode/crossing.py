@@ -18,6 +18,7 @@ from ...native.instructions import Reals, call, compiled, greater, root
 from . import gauss
 from .gauss import bound_to
 from .run import Branch, Collocation, Run
+from .states import to_unit
 from .step_control import Functions
 
 MOST_ITERATIONS = 6  # maximum number of Newton steps of P; each squares the error
@@ -37,12 +38,7 @@ def along_branch(t: float, y: Reals, c: Reals, out: Reals) -> None:
         for i in range(branch.projected):
             change = greater(change, abs(moved[i] - state[i]) / (1.0 + abs(moved[i])))
             state[i] = moved[i]
-        for j in range(branch.n_quaternions):
-            i = branch.quaternions[j]
-            a, b, d, e = state[i], state[i + 1], state[i + 2], state[i + 3]
-            size = root(a * a + b * b + d * d + e * e)
-            for m in range(4):
-                state[i + m] /= size
+        to_unit(state, branch.quaternions, branch.n_quaternions)
         k += 1
     branch.rates(t, state, branch.c, out)
 

@@ -15,7 +15,7 @@ from ...native.loop import passed
 from ...native.records import address
 from ..ending import End
 from . import loops
-from .run import equip, memory
+from .memory import equip, memory
 
 Array = NDArray[np.float64]
 _POINTER = ctypes.c_void_p
@@ -59,7 +59,7 @@ class Rates:
 
     @cached_property
     def words(self) -> tuple[int, ...]:
-        """What the compiled loop reads of the rates, in the order of `run.MACHINE`."""
+        """What the compiled loop reads of the rates, in the order of `memory.MACHINE`."""
         indices = self.indices
         return (
             self.address, self.constants_at, address(indices), indices.size, self.projection, self.projected
@@ -213,14 +213,7 @@ class Sampler:
 
     def __call__(self, times: ArrayLike) -> Array:
         """Return the states, shape (k, n), at ``times``, shape (k,)."""
-        path, moments = self.path, np.atleast_1d(np.ascontiguousarray(times, dtype=float))
-        first, last = sorted((path.start, path.end))
-        outside = ~((moments >= first) & (moments <= last))
-        if outside.any():
-            raise ValueError(
-                f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
-                "Ask for a time inside, or simulate further."
-            )
+        path, moments = self.path, within(self.path, times)
         result = np.empty((moments.size, path.rates.size))
         loops.sample(path.method, self.run, path.steps, int(self.dense), moments.size, moments, result)
         diverged = ~np.isfinite(result).all(axis=1)
@@ -231,6 +224,19 @@ class Sampler:
                 "at the steps; where bars come into line, take method='auto'."
             )
         return result
+
+
+def within(path: Any, times: ArrayLike) -> Array:
+    """Return the times as an array; raise if one of them is outside the run."""
+    moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
+    first, last = sorted((path.start, path.end))
+    outside = ~((moments >= first) & (moments <= last))
+    if outside.any():
+        raise ValueError(
+            f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
+            "Ask for a time inside, or simulate further."
+        )
+    return moments
 
 
 def cut(path: Path, k: int, status: End) -> Path:

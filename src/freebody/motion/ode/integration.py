@@ -19,7 +19,8 @@ from ...native.records import address
 from ..ending import ENDS, GOOD, End
 from . import layout, loops
 from .dense_output import Array, Crossing, Path, Rates, Watch, cut
-from .run import NUMBERS, Counts, Run, Search, equip, memory, most_events
+from .memory import equip, memory, most_events
+from .run import NUMBERS, Counts, Run, Search
 
 FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which, in long runs, the round-off of explicit sums exceeds the error of the steps."""

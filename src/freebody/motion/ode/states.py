@@ -10,7 +10,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import Parts, Real, Reals, Row, Truth, call, compiled, greater, root, where
+from ...native.instructions import (
+    Integers,
+    Parts,
+    Real,
+    Reals,
+    Row,
+    Truth,
+    call,
+    compiled,
+    greater,
+    root,
+    where,
+)
 from .run import Run
 
 MOST_PARTS = 1024
@@ -23,14 +35,30 @@ method: Any = None
 
 
 @compiled
-def normalise(run: Run, row: Row) -> None:
-    """Divide each quaternion of a row by its norm."""
-    for k in range(run.n_quaternions):
-        i = run.quaternions[k]
+def to_unit(row: Row, quaternions: Integers, count: int) -> None:
+    """Divide the quaternions that begin at these places of a row by their norms."""
+    for k in range(count):
+        i = quaternions[k]
         a, b, c, d = row[i], row[i + 1], row[i + 2], row[i + 3]
         s = root(a * a + b * b + c * c + d * d)
         for j in range(4):
             row[i + j] /= s
+
+
+@compiled
+def close_gaps(run: Run) -> None:
+    """Let the lengths of the steps follow the times, and the states follow the lengths."""
+    done, times, states = run.accepted, run.times, run.states[0]
+    for k in range(done):
+        times[done + 1 + k] = run.lengths[k]
+    for i in range((done + 1) * run.n):
+        times[2 * done + 1 + i] = states[i]
+
+
+@compiled
+def normalise(run: Run, row: Row) -> None:
+    """Divide each quaternion of a row by its norm."""
+    to_unit(row, run.quaternions, run.n_quaternions)
 
 
 @compiled

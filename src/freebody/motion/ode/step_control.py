@@ -61,7 +61,7 @@ from .layout import (
 )
 from .method import Method
 from .run import STAGES, Run
-from .states import are_finite, normalise, not_finite, project
+from .states import are_finite, close_gaps, normalise, not_finite, project
 
 TINY = 1e-300
 
@@ -445,9 +445,5 @@ def piece(run: Run) -> int:
             status = look(run)
     if status == RUNNING:
         status = advance(run)
-    done, times, states = run.accepted, run.times, run.states[0]
-    for k in range(done):
-        times[done + 1 + k] = run.lengths[k]
-    for i in range((done + 1) * run.n):
-        times[2 * done + 1 + i] = states[i]
+    close_gaps(run)
     return status

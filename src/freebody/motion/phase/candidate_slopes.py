@@ -17,7 +17,8 @@ from typing import Any, cast
 from ...dynamics import State, coordinate_rates
 from ...dynamics.bearing_loads import LOADED
 from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.contact_geometry import law_values, pressing
 from ...dynamics.linear import applied
 from ...dynamics.newton_euler import bias

@@ -24,7 +24,7 @@ from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.bearing_loads import bearing_loads
 from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constrained import constraint_power
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.contact import (
     coefficients,
     contact_layout,
@@ -33,6 +33,7 @@ from ...dynamics.conditions.contact import (
     rows_of,
     touch,
 )
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power

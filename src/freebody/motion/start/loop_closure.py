@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ...dynamics import mass_matrix
 from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import DEPENDENT, POOR, STEPS, condition_groups, no_direction, not_met
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.mobility import check_mobility
 from ...dynamics.state import float_state
 from ...errors import SimulationError

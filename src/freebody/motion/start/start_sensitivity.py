@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ...dynamics import coordinate_rates, mass_matrix, traced_state
 from ...dynamics.conditions.constrained import DEPENDENT, STEPS
-from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.linearized import linearized
 from ...errors import SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape

@@ -16,7 +16,6 @@ import numpy as np
 
 from ...dynamics.conditions.unilateral import MotionWarning, limits
 from ...dynamics.contact_motion import forced_motion
-from ...dynamics.energy import kinetic_energy, potential_energy
 from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
@@ -24,87 +23,23 @@ from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.contact import Contact, friction_margin
 from ...scalar.algebra import ZERO
-from ..contact.course import Change, ContactMotion, Timeline, distances, shown
+from ..contact.course import Change, ContactMotion, Timeline, distances
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..ode.dense_output import Array, Path
+from ..ode.dense_output import Array
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
 from .intervals import Intervals
+from .long_steps import far_turns, made_energy
 from .mean_motion import mean_motion, middle_of
-from .pair_motion import MODES, OfFamilies, PairLog, pair_motion, wrenches
+from .pair_motion import MODES, OfFamilies, pair_motion, wrenches
 from .rebounds import rebounds
 from .stepped_kernels import bodies_in_families, gaps, laws_of_friction, mean_reactions, stepping
-
-IMPULSES = [0, 1, 2, 4, 5, 6]
-"""Columns of the entries of pairs that are impulses."""
-LOOKS = 33
-"""Number of moments of a run at which the energy is checked for an artificial gain."""
-CLOSED = 1e-9
-"""Safe upper bound on the displacement that removes overlap at the end of a step [m]."""
-ROUNDED = 1e-12
-"""Relative round-off of the energies."""
-
-
-@dataclass(eq=False)
-class Steps(Path):
-    """States at the ends of the steps, with linear interpolation between them."""
-
-    curved = False
-    method: str = "Moreau-Jean time stepping, exact Coulomb cones"
-
-    def sample(self, times: Any, dense: bool = False) -> Array:
-        """Return the states at the given times, by linear interpolation; quaternions are normalized."""
-        del dense
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        outside = ~((wanted >= self.start) & (wanted <= self.end))
-        if outside.any():
-            raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
-                "Ask for a time inside, or simulate further."
-            )
-        k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))
-        if len(self.times) == 1:
-            return np.repeat(self.states, wanted.size, axis=0)
-        x = ((wanted - self.times[k]) / (self.times[k + 1] - self.times[k]))[:, None]
-        y = (1 - x) * self.states[k] + x * self.states[k + 1]
-        for i in self.rates.quaternions:
-            y[:, i : i + 4] /= np.linalg.norm(y[:, i : i + 4], axis=1, keepdims=True)
-        return y
-
-
-@dataclass(frozen=True, eq=False)
-class Impulses:
-    """Impulses, work and contact modes of every step.
-
-    ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
-    loads and constraints. ``corrections`` (n_q + n_u): changes of the state at the end of a step that
-    separate bodies. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
-    (name, [(point, impulse, moment impulse)]). ``pairs``: for each step, an entry for each pair of families that
-    presses (`families.family_record.ENTRY`).
-    """
-
-    contacts: Array
-    constraints: Array
-    works: Array
-    corrections: Array
-    modes: Any
-    blows: Mapping[int, Sequence[tuple[str, Any]]]
-    pairs: PairLog
-
-
-@dataclass(frozen=True)
-class Stepping:
-    """Measures of a motion in time steps; see the attributes of :class:`Trajectory` of these names."""
-
-    step: float
-    residual: float
-    depth: float
-    sweeps: float
-    reduced: float = 0.0
+from .steps import Impulses, Stepping, Steps
+from .timeline import changes, happenings
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,94 +262,11 @@ class InSteps:
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return a warning if the steps have made more energy than the machine had, and for turns too far."""
-        return (*self._made, *self._turned, *self._rebounds)
+        return self._warnings
 
     @cached_property
-    def _rebounds(self) -> tuple[MotionWarning, ...]:
-        """Warnings for compliant contacts that give back what they did not take."""
-        return rebounds(self)
-
-    @cached_property
-    def _turned(self) -> tuple[MotionWarning, ...]:
-        """A warning for each ball and free joint that turns by more than half a turn in a step.
-
-        A step turns by Cayley's 2 atan(|ω|h/2) < π: energy and momenta stay, the attitude does not follow.
-        """
-        model, path, h, result = self.kernels.model, self.path, self.stepping.step, []
-        longer = np.append(path.lengths, 0.0), np.append(0.0, path.lengths)  # of the steps beside each state
-        for link in model.links:
-            if not link.own:
-                continue
-            turns = np.linalg.norm(path.states[:, model.n_q + link.u :][:, :3], axis=1) * np.maximum(*longer)
-            far = np.flatnonzero(turns > np.pi)
-            if not len(far):
-                continue
-            first, most, end = float(path.times[far[0]]), float(turns.max()), float(path.end)
-            result.append(
-                MotionWarning(
-                    link.joint, "turns", first, f"'{link.joint}' turns by more than half a turn in a step", most,
-                    ((first, end),), "The attitude follows turns that are short beside that",
-                    f"Take a step shorter than {h / most:.3g} s, or method='auto'.", "rad",
-                )
-            )  # fmt: skip
-        return tuple(result)
-
-    @cached_property
-    def _made(self) -> tuple[MotionWarning, ...]:
-        """A warning if the steps make energy: (T + V) - (T₀ + V₀) - W > T₀ + (range of V) + |W| at a checked moment.
-
-        Springs that are too stiff for the step do this: kh²/m > 4 for one spring, which is a limit of any explicit
-        force, and so does the removal of deep overlap. Terms of the speeds cannot: they act with the mean speeds of a
-        step.
-        """
-        path, model = self.path, self.kernels.model
-        driven = any(link.driven for link in model.links)  # a drive supplies any energy its motion needs
-        if driven or not len(self.impulses.works):
-            return ()
-        work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
-        work[:, 0] += self.intervals.work_until(np.minimum(np.arange(len(work)), len(work) - 2))
-        some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
-        energies = []
-        for k in some.tolist():
-            try:
-                energies.append(self._at_work(k))
-            except (ArithmeticError, ValueError):  # the potential has no value there, or overflows
-                break
-        if not energies:
-            return ()
-        some = some[: len(energies)]
-        T, V = np.array(energies).T
-        with np.errstate(over="ignore", invalid="ignore"):
-            made = T + V - T[0] - V[0] - work[some].sum(axis=1)
-            had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
-            log = self.impulses.pairs
-            pairs = np.bincount(log.steps, np.abs(log.entries[:, :3]).sum(axis=1), minlength=len(log))
-            forces = (np.abs(self.impulses.contacts).sum(axis=1) + pairs) / path.lengths
-            pressed = np.concatenate([[0], np.cumsum(forces)])
-            had += CLOSED * pressed[some] + ROUNDED * np.maximum.accumulate(
-                np.abs(V)
-            )  # removing overlap also does work
-            bad = np.flatnonzero(~(made <= had))
-        if not len(bad):
-            return ()
-        first, h, end = some[bad[0]], self.stepping.step, float(path.end)
-        cure = f"Take a step shorter than {h:g} s, or method='auto'."
-        when = float(path.times[first])
-        worst = float(np.nan_to_num(made[bad], nan=np.inf).max())
-        return (
-            MotionWarning(
-                model.name, "energy", when, "the steps make energy", worst, ((when, end),), "A step can make none",
-                cure, "J",
-            ),
-        )  # fmt: skip
-
-    def _at_work(self, k: int) -> tuple[float, float]:
-        """Return kinetic energy and potential energy after k steps."""
-        model, path = self.kernels.model, self.path
-        q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
-        numbers = self.intervals.numbers(self.kernels, min(k, len(path.lengths) - 1))
-        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), numbers)
-        return float(kinetic_energy(model, state)), float(potential_energy(model, state))
+    def _warnings(self) -> tuple[MotionWarning, ...]:
+        return (*made_energy(self), *far_turns(self), *rebounds(self))
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -466,76 +318,14 @@ class InSteps:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each
         began.
         """
-        return Timeline(change for _, _, change in self._changes)
+        return Timeline(change for _, _, change in self.changes)
 
     @cached_property
-    def _changes(self) -> list[tuple[int, int, Change]]:
+    def changes(self) -> list[tuple[int, int, Change]]:
         """(step, contact, change) of every mode, in the order of their beginnings."""
-        times, modes = self.path.times, self.impulses.modes
-        if not len(modes):
-            return []
-        found = []
-        for e, contact in enumerate(self.kernels.model.contacts):
-            begins = [0, *(np.flatnonzero(np.diff(modes[:, e])) + 1).tolist()]
-            for k, end in zip(begins, [*begins[1:], len(modes)], strict=True):
-                why = "the start" if k == 0 else self._why(k, e)
-                mode = contact.shown(MODES[modes[k, e]])
-                change = Change(contact.name, mode, float(times[k]), float(times[end]), why)
-                found.append((k, e, change))
-        return sorted(found, key=lambda one: one[:2])
-
-    def _why(self, step: int, e: int) -> str:
-        before, now = (MODES[self.impulses.modes[k, e]] for k in (step - 1, step))
-        if before == "open":
-            return "the gap closed"
-        contact = self.kernels.model.contacts[e]
-        if now == "open":
-            return "N reached 0" if contact.adhesion == 0 else "N reached the adhesion"
-        if now == "stick":
-            return "the slip stopped"
-        if before != "stick":
-            return "the slip turned round"
-        at = self.layout[0][e]
-        if contact.friction_across is not None:
-            return "T reached its ellipse"
-        T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.path.lengths[step]
-        unit = contact.units["tangential"]
-        return f"|T| reached {float(np.linalg.norm(T)):.6g} {unit}"
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return (*self.kernels.model.coordinate_names, *self.kernels.model.speed_names)
+        return changes(self)
 
     @cached_property
     def happenings(self) -> tuple[Happening, ...]:
         """Blows and changes of mode in order of time, each at the beginning of its step."""
-        found: list[tuple[int, int, str, str]] = []
-        for step, blows in self.impulses.blows.items():
-            before, after = (self._speeds(k) for k in (step, step + 1))
-            jumps = ", ".join(
-                f"{name} {before[name]:.6g} → {after[name]:.6g}"
-                for name in before
-                if before[name] != after[name]
-            )
-            found += [(step, -1, name, f"{name}: {jumps or 'no speed changes'}") for name, _ in blows]
-        last: dict[int, str] = {}
-        for step, e, change in self._changes:
-            if step > 0:
-                text = f"contact {change.contact}: {shown(last[e])} → {shown(change.mode)}, {change.why}"
-                found.append((step, e, change.contact, text))
-            last[e] = change.mode
-        return tuple(
-            Happening(
-                float(self.path.times[step]),
-                name,
-                0,
-                dict(zip(self._names, self.path.states[step].tolist(), strict=True)),
-                text,
-                dict(zip(self._names, self.path.states[step + 1].tolist(), strict=True)),
-            )
-            for step, _, name, text in sorted(found, key=lambda one: one[:2])
-        )
-
-    def _speeds(self, place: int) -> dict[str, float]:
-        model = self.kernels.model
-        return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
+        return happenings(self)

@@ -21,7 +21,8 @@ from ..kernels.contact_quantities import Asked
 from ..moreau.stepping_record import CLOSED_GAP
 from ..ode.dense_output import Array, Crossing, Rates
 from ..phase.candidates import stretch_numbers
-from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
+from .course import InSteps
+from .steps import IMPULSES, Impulses, Stepping, Steps
 
 
 def course_of(run: Any, first: int, last: int, stop: Crossing | None = None) -> InSteps:

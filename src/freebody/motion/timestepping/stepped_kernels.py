@@ -14,8 +14,9 @@ import numpy as np
 from ...describe.contacts.coefficients import SLIP
 from ...dynamics import State, coordinate_rates, mass_matrix
 from ...dynamics.bearing_loads import bearing_loads
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.contact import contact_rows, given_normal_force, touch, touches
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.contact_geometry import Touch
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..ending import End
-from ..ode.dense_output import Array, Crossing, Path, Rates
+from ..ode.dense_output import Array, Crossing, Path, Rates, within
 from .path import SampledPath
 
 
@@ -148,14 +148,7 @@ class Phases:
 
     def sample(self, times: ArrayLike, dense: bool = False) -> Array:
         """Return states at ``times``; see :meth:`Path.sample`."""
-        moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
-        first, last = sorted((self.start, self.end))
-        outside = ~((moments >= first) & (moments <= last))
-        if outside.any():
-            raise ValueError(
-                f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
-                "Ask for a time inside, or simulate further."
-            )
+        moments = within(self, times)
         result = np.empty((moments.size, self.segments[0].path.states.shape[1]))
         for k, chosen in self.split(moments):
             result[chosen] = self.segments[k].path.sample(moments[chosen], dense)

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.conditions.constrained import closed_coordinates, constrained_loading, independent_rows
-from ...dynamics.conditions.constraints import radial_names, rows, separating_force
+from ...dynamics.conditions.constraint_forces import separating_force
+from ...dynamics.conditions.constraints import radial_names, rows
 from ...dynamics.conditions.contact import contact_layout, definite_touches
 from ...dynamics.kinematics import Posture, point_position, poses
 from ...dynamics.motion import Motion, motion

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...dynamics.conditions.constraints import _arm
+from ...dynamics.conditions.constraints import lowest_arm
 from ...dynamics.conditions.contact import definite_touches
 from ...dynamics.state import State
 from ...scalar.element import Polynomial
@@ -46,7 +46,7 @@ def rolling_planes(m: MachineDrawing) -> None:
         return
     footpoints = []
     for wheel in wheels:
-        arm = np.array([float(x) for x in _arm(m.model, m.now.state, wheel)])
+        arm = np.array([float(x) for x in lowest_arm(m.model, m.now.state, wheel)])
         footpoints.append(m.now.point(wheel.center) + arm)
     middle = np.mean(footpoints, axis=0)
     if m.view.planar:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...dynamics.conditions.constraints import _arm, radial_names, rows
+from ...dynamics.conditions.constraints import lowest_arm, radial_names, rows
 from ...dynamics.kinematics import rotation
 from ...errors import TooManyTermsError
 from ...model.contact_modes import Touching
@@ -261,7 +261,7 @@ class Marks:
         owner = self.e.model.constraints.get(self.owners.get(action.name, ""))
         if not isinstance(owner, Rolling):
             return action
-        arm = _arm(self.e.model, self.e.state, owner)
+        arm = lowest_arm(self.e.model, self.e.state, owner)
         moment = subtract(action.moment, cross(arm, action.force))
         return replace(action, at=add(action.at, arm), moment=moment)
 

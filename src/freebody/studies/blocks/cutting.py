@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...native.records import WIDTH
 from .block import Report, Whole
 from .schedule import Range, Workers
@@ -101,3 +104,11 @@ def growing(
                 )
             yield low, min(low + size, high)
             low += size
+
+
+def ranges_within(chosen: NDArray[np.bool_], blocks: Iterable[Range]) -> Iterator[Range]:
+    """Yield the ranges of lanes that are chosen, each within a block."""
+    for low, high in blocks:
+        edges = np.flatnonzero(np.diff(chosen[low:high], prepend=False, append=False)).tolist()
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            yield low + first, low + last

@@ -21,6 +21,7 @@ from ...motion.batch.results import REASON, Results
 from ...motion.ending import STATUS, End
 from ...motion.files.replacing import explained, lock, replacing, reserve
 from ..blocks.block import Report, Whole
+from ..blocks.cutting import ranges_within
 from ..blocks.schedule import Range
 from .memory import explained_starts, flagged, with_lost
 
@@ -198,10 +199,7 @@ class NetCDF:
 
         with h5py.File(self.path, "r") as file:
             waiting = file["status"][:] == End.WAITING
-        for low, high in blocks:
-            edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
-            for first, last in zip(edges[::2], edges[1::2], strict=True):
-                yield low + first, low + last
+        yield from ranges_within(waiting, blocks)
 
     def receive(self, report: Report) -> None:
         """Write the results of a block."""

@@ -41,7 +41,7 @@ from ...motion.batch.results import REASON, Results
 from ...motion.ending import End
 from ...motion.files.replacing import explained
 from ..blocks.block import Report
-from ..blocks.cutting import cut
+from ..blocks.cutting import cut, ranges_within
 from ..blocks.schedule import Range
 from .memory import meanings_of
 
@@ -244,12 +244,9 @@ def statuses(path: Path) -> Any:
 
 
 def missing(path: Path) -> Iterator[Range]:
-    """Yield ranges of lanes that are waiting, each within a block of a store."""
+    """Return ranges of lanes that are waiting, each within a block of a store."""
     waiting = statuses(path) == End.WAITING
-    for low, high in cut(len(waiting), int(mark_of(path)["block"])):
-        edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
-        for first, last in zip(edges[::2], edges[1::2], strict=True):
-            yield low + first, low + last
+    return ranges_within(waiting, cut(len(waiting), int(mark_of(path)["block"])))
 
 
 def forget_lost(path: Path) -> None:

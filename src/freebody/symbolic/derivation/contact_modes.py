@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...dynamics.conditions.constraints import Linearized
+from ...dynamics.conditions.linearized import Linearized
 from ...errors import ModelError
 from ...model.contact_modes import Pressing, Sliding, Touching, in_modes
 from ...model.model import Model

@@ -13,7 +13,9 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.conditions.constraints import Linearized, linearized, rows, wrenches
+from ...dynamics.conditions.constraint_forces import wrenches
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import Linearized, linearized
 from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
 from ...dynamics.loads.actions import accelerating
 from ...dynamics.loads.loading import loading

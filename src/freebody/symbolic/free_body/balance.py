@@ -20,7 +20,8 @@ from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
-from ...dynamics.conditions.constraints import Row, friction_along_tangents, rows, torques
+from ...dynamics.conditions.constraint_forces import friction_along_tangents, torques
+from ...dynamics.conditions.constraints import Row, rows
 from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_ball, on_path, unit_load_wrench

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import sympy
 
-from ...dynamics.conditions.constraints import (
-    Row,
-    closed_forces,
-    friction_along_tangents,
-    rows,
-    slip_friction,
-)
+from ...dynamics.conditions.constraint_forces import closed_forces, friction_along_tangents, slip_friction
+from ...dynamics.conditions.constraints import Row, rows
 from ...dynamics.conditions.contact import touch, wrench_on_feature
 from ...dynamics.kinematics import Spot
 from ...model.contact_modes import Touching

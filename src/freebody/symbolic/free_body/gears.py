@@ -12,7 +12,8 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.conditions.constraints import radial_names, rows, separating_force
+from ...dynamics.conditions.constraint_forces import separating_force
+from ...dynamics.conditions.constraints import radial_names, rows
 from ...dynamics.conditions.couplings import couplings
 from ...scalar.algebra import Scalar, Vector, scale
 from ..derivation.derivation import Derivation

@@ -17,7 +17,8 @@ import sympy
 
 from ...describe.body import Body
 from ...describe.frame import Point
-from ...dynamics.conditions.constraints import rows, wrenches
+from ...dynamics.conditions.constraint_forces import wrenches
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.unilateral import MotionWarning, passed_by_impulse
 from ...dynamics.energy import kinetic_energy
 from ...dynamics.impulse import (

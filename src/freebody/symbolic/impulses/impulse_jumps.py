@@ -9,7 +9,7 @@ import sympy
 
 from ...describe.frame import Point
 from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.impulse import (
     blows_on,
     generalized_impulse,

@@ -28,7 +28,7 @@ import sympy
 from flint import fmpz, nmod_mat
 
 from ...dynamics.conditions.constrained import closed_coordinates
-from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.regressor import PARAMETERS, parameter_names, regressor
 from ...dynamics.state import float_state
 from ...errors import ModelError

@@ -16,7 +16,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model

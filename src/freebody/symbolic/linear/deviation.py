@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dynamics.conditions.constrained import closed_coordinates
-from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.state import State
 from ...model.model import Model
 from ...scalar.algebra import apply, floats

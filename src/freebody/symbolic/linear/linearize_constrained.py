@@ -24,7 +24,8 @@ from ...dynamics.conditions.constrained import (
     no_direction,
     not_met,
 )
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.mobility import check_mobility
 from ...dynamics.kinematics import coordinate_rates
 from ...dynamics.state import State

@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.linearized import linearized
 from ...dynamics.newton_euler import inverse_dynamics
 from ...dynamics.state import State
 from ...model.model import Model

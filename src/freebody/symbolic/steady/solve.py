@@ -262,8 +262,8 @@ def _angle(ring: Ring, x: Scalar, s: int, c: int) -> list[Root] | None:
     has_sine = x.mask & 1 << s and any(i == s for m, _ in x.terms() for i, _ in m)
     has_cosine = any(i == c for m, _ in x.terms() for i, _ in m)
     pi = ring.constant("pi")
-    if has_cosine and not has_sine:
-        values = _polynomial(ring, coefficients(ring, x, c))
+    if has_sine != has_cosine:
+        values = _polynomial(ring, coefficients(ring, x, s if has_sine else c))
         if values is None:
             return None
         result = []
@@ -271,21 +271,9 @@ def _angle(ring: Ring, x: Scalar, s: int, c: int) -> list[Root] | None:
             exists = _within_one(ring, root.value)
             if exists is None:
                 continue
-            angle = ring.apply("acos", root.value)
-            for value in dict.fromkeys((angle, -angle) if angle not in (0, pi) else (angle,)):
-                result.append(replace(root, value=value, exists=(*root.exists, *exists), limit=None))
-        return result
-    if has_sine and not has_cosine:
-        values = _polynomial(ring, coefficients(ring, x, s))
-        if values is None:
-            return None
-        result = []
-        for root in values:
-            exists = _within_one(ring, root.value)
-            if exists is None:
-                continue
-            angle = ring.apply("asin", root.value)
-            for value in dict.fromkeys((angle, pi - angle)):
+            angle = ring.apply("asin" if has_sine else "acos", root.value)
+            other = pi - angle if has_sine else angle if angle == pi else -angle
+            for value in dict.fromkeys((angle, other)):
                 result.append(replace(root, value=value, exists=(*root.exists, *exists), limit=None))
         return result
     in_sine = coefficients(ring, x, s)

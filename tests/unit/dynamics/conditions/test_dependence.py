@@ -9,8 +9,9 @@ import freebody as fb
 from freebody.dynamics import float_state, traced_state
 from freebody.dynamics.composite import mass_matrix
 from freebody.dynamics.conditions.constrained import position_correction
-from freebody.dynamics.conditions.constraints import linearized, rows
+from freebody.dynamics.conditions.constraints import rows
 from freebody.dynamics.conditions.dependence import dependence, directions
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.linear import Factorization, entries
 from freebody.dynamics.motion import motion
 from freebody.scalar.trace import Tape, Traced

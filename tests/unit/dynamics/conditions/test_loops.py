@@ -9,7 +9,8 @@ import freebody as fb
 from freebody.dynamics import float_state, mass_matrix, traced_state
 from freebody.dynamics.conditions import constrained
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows
-from freebody.dynamics.conditions.constraints import linearized, rows
+from freebody.dynamics.conditions.constraints import rows
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.conditions.loops import carriers, loop_motion, own_speeds
 from freebody.scalar.trace import Tape
 

@@ -8,6 +8,7 @@ import pytest
 import freebody as fb
 from contact_machines import add_bouncing_ball, ball_on_plane, falling_rod, seesaw
 from freebody.motion.ending import End
+from freebody.motion.events.event_run import STALL
 from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.memory import DEEP, TOO_MANY_PHASES
@@ -167,6 +168,19 @@ def test_frames_are_thinned_when_there_are_many():
     live.memory.most_frames = 20  # not two for each phase
     live()
     assert live.status == TOO_MANY_PHASES and live.reached < 4
+
+
+def test_a_long_vibration_before_time_zero_is_no_stall():
+    """Steps that hardly move on are counted from the start of the run, not from t = 0."""
+    s = fb.System("vibration")
+    ball = s.body("ball", fb.sphere(1, 0.1))
+    rail = s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.spring("k", rail, stiffness=1e4, rest=1)
+    s.contact("floor", ball.sphere(0.1), s.ground.plane(normal="y"))
+    live = Here(fb.simulate(s, 1, initial={"y": 1.1}), 100_000)
+    live.memory.start, live.memory.until = -150, -1
+    live()
+    assert live.status == End.FINISHED and live.reached == -1 and live.steps > STALL
 
 
 def test_a_start_below_the_surface_is_told():

@@ -10,8 +10,9 @@ from contact_machines import falling_rod, pulled_disk
 from freebody.dynamics import float_state
 from freebody.dynamics.composite import mass_matrix
 from freebody.dynamics.conditions.constrained import position_correction, speed_correction
-from freebody.dynamics.conditions.constraints import linearized, rows
+from freebody.dynamics.conditions.constraints import rows
 from freebody.dynamics.conditions.contact import contact_rows
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import all_reactions, motion, total_power, transmitting
 from freebody.motion.kernels.kernels import Kernels, kernels_of

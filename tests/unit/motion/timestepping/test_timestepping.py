@@ -372,23 +372,3 @@ def test_energy_that_one_body_would_gain_is_not_paid_by_another_that_loses_it():
     assert both.reduced == alone.reduced == 1
     for name in ("x", "y", "turn"):
         assert np.abs(both[name] - alone[name]).max() < 1e-12
-
-
-def test_a_body_that_turns_too_far_in_a_step_is_said():
-    s = fb.System("die")
-    s.gravity = (0, 0, -9.81)
-    die = s.body("die", fb.box(1, (0.1, 0.1, 0.1)))
-    s.free("f", s.ground, die)
-    s.contact("floor", die.box((0.1, 0.1, 0.1)), s.ground.plane(normal="z"))
-
-    def warned(spin):
-        start = {"f_z": 1, "f_wx": spin}
-        return fb.simulate(s, 0.01, initial=start, method="timestepping", step=1e-3).warnings
-
-    assert not warned(3000)
-    (warning,) = warned(6000)
-    assert str(warning) == (
-        "f: 'f' turns by more than half a turn in a step, 6 rad at worst (0 to 0.01 s). The attitude follows turns "
-        "that are short beside that: from t = 0 s on this motion is not physical. Take a step shorter than 0.000167 s, "
-        "or method='auto'."
-    )

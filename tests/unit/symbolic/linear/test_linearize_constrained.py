@@ -11,7 +11,7 @@ import sympy
 
 import freebody as fb
 from freebody.dynamics.conditions.constrained import closed_coordinates
-from freebody.dynamics.conditions.constraints import linearized
+from freebody.dynamics.conditions.linearized import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError

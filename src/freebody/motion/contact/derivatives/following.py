@@ -28,8 +28,9 @@ from ...ode.integration import Integration
 from ...request import Problem
 from ...trajectory.phases import Phases, Segment
 from ...trajectory.progress import Progress
-from ..history import Entry, History, impact_of
-from .impact_slopes import Impact, bounces_taken
+from ..history import Entry, History
+from ..impact import Impact, impact_of
+from .impact_slopes import bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
 from .quantities import quantities
@@ -388,4 +389,4 @@ class _Following:
         if hit.open:
             what = "the impulses of an impact are indeterminate, and decide the motion"
             raise refused(self.slopes, hit.t, what)
-        return Impact(hit.t, hit.before, hit.after, hit.chosen, hit.impulses, hit.part, hit.still)
+        return hit

@@ -26,6 +26,7 @@ from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
 from ...phase.scene import Phase
 from ...phase.snapshot import Snapshot
+from ..impact import Impact
 from .slopes import Slopes, refused, title
 
 NONE = 1e-9
@@ -34,28 +35,6 @@ SLOW = 100
 """Multiple of the speed that counts as none, below which a contact rests after an impact."""
 AT_LIMIT = 1e-7
 """Part of μ Λ_N by which a contact that sticks stays below its limit of friction."""
-
-
-class Impact(NamedTuple):
-    """An impact: states, contacts, impulses of all rows of their kernels, and the part of e that acts.
-
-    ``taken``       it takes the rest of a series of bounces away: v_N⁺ = 0 of all its contacts, with impulses that pull
-    ``compressed``  it is the expansion of Poisson's law: impulses of the compression, and their derivatives
-    ``origin``      its laws are those of another state, that before the compression, with its derivatives
-    ``blown``       impulses of a blow at the bearings of joints, whose friction it is, and their derivatives
-    """
-
-    t: float
-    before: Array
-    after: Array
-    chosen: Sequence[int]
-    impulses: Array
-    part: float
-    still: float
-    taken: bool = False
-    compressed: Any = None
-    origin: Any = None
-    blown: Any = None
 
 
 class Law(NamedTuple):

@@ -19,7 +19,8 @@ from ...legs.blow_slopes import Struck, after_blow, reactions_of_blow
 from ...legs.loaded_slopes import load_of_impact
 from ...ode.dense_output import Array
 from ...phase.bearings import PASSES
-from .impact_slopes import AT_LIMIT, NONE, Impact, impact_slope, laws_of_impact, rows_of
+from ..impact import Impact
+from .impact_slopes import AT_LIMIT, NONE, impact_slope, laws_of_impact, rows_of
 from .slopes import Slopes, refused, title
 
 
