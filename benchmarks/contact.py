@@ -100,7 +100,7 @@ def incline(who: str, run: Run, long: float) -> list[list[Any]]:
 
 
 def coin() -> Any:
-    """A coin of 5 g, 24 mm wide and 2 mm thick, whose two circular edges touch a floor and resist rolling and spinning."""
+    """A coin of 5 g, 24 mm wide and 2 mm thick, whose two circular edges touch a floor, with resistance to turns."""
     import freebody as fb
 
     s = fb.System("coin")

@@ -56,7 +56,8 @@ class Memory:
     """Memory of one run with contacts.
 
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
-    ``other``      implicit steps and the address of their code, or explicit ones while these are in use; None until needed
+    ``other``      implicit steps and the address of their code, or explicit ones while these are in use; None until
+                   they are needed
     ``laws``       laws that switch, or None
     ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
     ``parameters``    values of the parameters, with the angles of disks that lie flat

@@ -53,7 +53,7 @@ T00, T01, T02, T10, T11, T12, T20, T21, T22 = (float(x) for x in _T.flat)
 I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 
 NODES = (C1, C2, 1.0)
-GREATEST = 2.5
+GREATEST = 2.0
 """Greatest quotient of a step and the one before: farther on the polynomial of that step is a bad guess of the stages,
 from which the iteration does not converge where friction turns."""
 KAPPA = 1e-2
