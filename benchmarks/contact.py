@@ -24,6 +24,8 @@ G = 9.81
 MU = 0.4
 STEP = 1e-3
 COIN = 0.012, 0.002
+RESISTANCE, REST = 2e-4, 8.0
+"""Resistance of coins to rolling and spinning [m], without which they roll for ever, and when all lie at rest [s]."""
 
 
 def block(angle: float) -> Any:
@@ -98,16 +100,17 @@ def incline(who: str, run: Run, long: float) -> list[list[Any]]:
 
 
 def coin() -> Any:
-    """A coin of 5 g, 24 mm wide and 2 mm thick, whose two circular edges touch a floor."""
+    """A coin of 5 g, 24 mm wide and 2 mm thick, whose two circular edges touch a floor, with resistance to turns."""
     import freebody as fb
 
     s = fb.System("coin")
     s.gravity = (0, 0, -G)
     body = s.body("coin", fb.cylinder(0.005, *COIN))
     s.free("f", s.ground, body)
+    laws = {"friction": 0.4, "restitution": 0.4, "rolling": RESISTANCE, "spinning": RESISTANCE}
     for name, z in (("head", COIN[1] / 2), ("tail", -COIN[1] / 2)):
         edge = body.circle(COIN[0], at=(0, 0, z), axis="z")
-        s.contact(name, edge, s.ground.plane(normal="z"), friction=0.3, restitution=0.4)
+        s.contact(name, edge, s.ground.plane(normal="z"), **laws)
     return s
 
 
@@ -155,6 +158,14 @@ def ours(system: Any, until: float, starts: Sequence[Any], **options: Any) -> Ca
     return call
 
 
+def at_rest(system: Any, until: float, starts: Sequence[Any]) -> str:
+    """How many of the throws lie at rest in the end."""
+    import freebody as fb
+
+    ends = [fb.simulate(system, until, initial=start).at(until).u for start in starts]
+    return f"{sum(abs(u).max() < 1e-9 for u in ends)} of {len(ends)} at rest after {until:g} s"
+
+
 def ledger(system: Any, until: float, starts: Sequence[Any]) -> str:
     """Greatest residual of the energy, relative to the greatest kinetic energy."""
     import freebody as fb
@@ -188,8 +199,10 @@ def figures(quick: bool, repeats: int) -> None:
         row(f"pulled disk, {label}", 5e-5, disk(force), 10.0, [{"y": 0.3}], peer, 10.0)
     peer = partial(mujoco_rod, theta, 4.0, STEP)
     row("falling rod, sticks, slips, hits, rests", 3e-4, rod(), 4.0, [fall], peer, 4.0)
-    peer = partial(mujoco_coins, COIN, coins, 1.0, STEP)
-    row("coin of two circular edges, thrown, 1 s", 0.05, coin(), 1.0, coins, peer)
+    peer = partial(mujoco_coins, COIN, RESISTANCE, coins, REST, STEP)
+    row(
+        f"coin of two circular edges, thrown, {at_rest(coin(), REST, coins)}", 0.05, coin(), REST, coins, peer
+    )
     quadruped, humanoid = robot("go1_description/urdf/go1.urdf"), robot("dm_control/suite/humanoid.xml")
     _, s, start = quadruped or (None, None, {})
     row("Go1 dropped, 0.5 s", 2.0, s, 0.5, [start], None)

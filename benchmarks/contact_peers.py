@@ -84,14 +84,16 @@ def mujoco_rod(theta: float, until: float, step: float) -> float:
     return _steps(model, data, round(until / step)) / until
 
 
-def mujoco_coins(size: tuple[float, float], starts: Any, until: float, step: float) -> float:
-    """Mean seconds of a coin, a cylinder, thrown on a floor."""
+def mujoco_coins(
+    size: tuple[float, float], resistance: float, starts: Any, until: float, step: float
+) -> float:
+    """Mean seconds of a coin, a cylinder, thrown on a floor, with friction and resistance to rolling and spinning."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(f"""
     <mujoco>
       <option timestep="{step}" gravity="0 0 {-G}"/>
-      <default><geom friction="0.3 0 0" condim="3"/></default>
+      <default><geom friction="0.4 {resistance} {resistance}" condim="6"/></default>
       <worldbody>
         <geom type="plane" size="0 0 1"/>
         <body><freejoint/><geom type="cylinder" size="{size[0]} {size[1] / 2}" mass="0.005"/></body>

@@ -75,14 +75,15 @@ class Memory:
     """Memory of one run with contacts.
 
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
-    ``other``      implicit steps, or explicit ones while these are in use; None until they are needed
+    ``other``      implicit steps and the address of their code, or explicit ones while these are in use; None until
+                   they are needed
     ``laws``       laws that switch, or None
     ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
     ``parameters``    values of the parameters, with the angles of disks that lie flat
     """
 
     steps: Run
-    other: Run | None
+    other: tuple[Run, int] | None
 
     def __init__(self, kernels: Kernels, scene: Scene, patches: Patches | None = None) -> None:
         self.kernels, self.scene, self.model, self.patches = kernels, scene, kernels.model, patches
@@ -166,12 +167,13 @@ class Memory:
 
     def change_method(self) -> None:
         """Let implicit steps take the place of explicit ones, or these of those."""
-        it, steps, other = self.it, self.steps, self.other
-        if other is None:
-            other = self._steps(IMPLICIT)
-            other.relative[:], other.absolute[:] = steps.relative, steps.absolute
-        self.steps, self.other, it.implicit = other, steps, 1 - it.implicit
-        it.piece = _piece(IMPLICIT if it.implicit else self.watching.method)
+        it, steps = self.it, self.steps
+        if self.other is None:
+            implicit = self._steps(IMPLICIT)
+            implicit.relative[:], implicit.absolute[:] = steps.relative, steps.absolute
+            self.other = implicit, _piece(IMPLICIT)
+        present = steps, it.piece
+        (self.steps, it.piece), self.other, it.implicit = self.other, present, 1 - it.implicit
 
     def begin(self, parameters: Array) -> None:
         """Begin another run: all numbers are those after `prepare`, with these values of the parameters."""
