@@ -57,12 +57,14 @@ def correct(run: Run, islands: Islands, t: float) -> int:
         if error <= DEEP or not math.isfinite(error):
             break
         failure, laid = NONE, 0
+        if k == 0:
+            remember(run.first, run.displaced)
         if k == 0 and lands(run) == 1:
             failure, laid = slow(run, islands, t, depth), 1 if run.constraints == run.holonomic else 0
         if failure == NONE and laid == 0:
             failure = lay(run, t, depth, run.holonomic)
         if failure == NONE:
-            failure = separate(run, islands, t, depth, run.first if k == 0 else run.displaced)
+            failure = separate(run, islands, t, depth)
         if failure != NONE:
             return failure
         if k == 0:
@@ -134,10 +136,8 @@ def slow(run: Run, islands: Islands, t: float, depth: float) -> int:
     put_speeds(machine, run.z, run.u_new)
     if failure != NONE or approach(run) == 0:
         return failure
-    if solved(run, islands, depth, run.slowed_earlier, 0) == 0:  # what flies lands in every second step
+    if solved(run, islands, depth, 0) == 0:
         return OVERLAP
-    remember(run.slowed, run.slowed_earlier)
-    remember(run.displaced, run.slowed)
     connect(problem, islands)
     for b in range(problem.blocks.count):
         for k in range(3):
@@ -209,19 +209,19 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
 
 
 @compiled
-def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: int) -> int:
-    """Solve 0 <= x ⟂ b + W Δ >= 0 from the contacts that are ``likely`` to press; return 1 on success, else 0.
+def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
+    """Solve 0 <= x ⟂ b + W Δ >= 0 from the contacts that press in `Run.displaced`; return 1 on success, else 0.
 
     The impulses of all displacements that move z, ``moves`` 1, are those of one: a later one may take some back.
     """
-    problem, borne, found, k = run.problem, run.borne, run.displaced, 0
+    problem, borne, displaced, k = run.problem, run.borne, run.displaced, 0
     problem.reference = TINY
     crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
     for a in range(problem.count):
-        while k < likely.count and likely.numbers[k] < number(run, a):
+        while k < displaced.count and displaced.numbers[k] < number(run, a):
             k += 1
-        known = k < likely.count and likely.numbers[k] == number(run, a)
-        borne[a] = likely.impulses[k] if known else 0.0
+        known = k < displaced.count and displaced.numbers[k] == number(run, a)
+        borne[a] = displaced.impulses[k] if known else 0.0
         problem.x[a] = TINY if known and (crowded == 1 or borne[a] > 0.0) else 0.0
         if problem.b[a] < 0.0 or problem.low[a] < 0.0:  # one that hangs is wider open than this step moves it
             problem.reference = greater(problem.reference, abs(problem.b[a]))
@@ -230,19 +230,20 @@ def solved(run: Run, islands: Islands, depth: float, likely: Displaced, moves: i
     if impulses(run, islands, goal, 0.0, crowded) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return 0
-    found.count = 0
+    displaced.count = 0
     for a in range(problem.count):
         problem.x[a] = 0.0 if problem.x[a] == TINY else problem.x[a]
         if problem.x[a] > problem.low[a]:
-            found.numbers[found.count] = number(run, a)
-            found.impulses[found.count] = borne[a] + problem.x[a] if moves == 1 else 0.0
-            found.count += 1
+            k = displaced.count
+            displaced.numbers[k] = number(run, a)
+            displaced.impulses[k] = borne[a] + problem.x[a] if moves == 1 else 0.0
+            displaced.count += 1
     return 1
 
 
 @compiled
 def remember(found: Displaced, displaced: Displaced) -> None:
-    """Keep the contacts that press in a displacement for that of the next step, without impulses."""
+    """Keep the contacts that press in a displacement for another one, without impulses."""
     displaced.count = found.count
     for k in range(found.count):
         displaced.numbers[k], displaced.impulses[k] = found.numbers[k], 0.0
@@ -256,7 +257,7 @@ def number(run: Run, a: int) -> int:
 
 
 @compiled
-def separate(run: Run, islands: Islands, t: float, depth: float, likely: Displaced) -> int:
+def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     """Move z by one step, 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ), whose rows are laid."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
     for i in range(machine.n):
@@ -264,7 +265,7 @@ def separate(run: Run, islands: Islands, t: float, depth: float, likely: Displac
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
     for a in range(problem.count):
         problem.b[a] = gap_of(run, a) + along(problem.blocks, problem.rows[a], run.W, shift)
-    if solved(run, islands, depth, likely, 1) == 0:
+    if solved(run, islands, depth, 1) == 0:
         return OVERLAP
     for a in range(problem.count):
         pulls = problem.low[a] + run.borne[a] < 0.0

@@ -259,9 +259,8 @@ class Run(Record):
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``reduced``            number of steps whose restitution was reduced, since it would have made energy
     ``overlap``            what a failed correction leaves
-    ``displaced``          contacts that press in the last displacement of this correction;  ``slowed``, ``first``: in
-                           `slow` and in the first displacement of the last correction;  ``slowed_earlier``: in `slow`
-                           of the correction before that
+    ``displaced``          contacts that press in the last displacement, with which the next one begins;  ``first``: in
+                           the first one of the last correction
     ``expected``           depths up to which a correction first looks for pairs, in its first, second and later turns
     ``borne``              impulses of the rows of a displacement in those before it
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
@@ -295,8 +294,6 @@ class Run(Record):
     contacts: Contacts
     elimination: Elimination
     displaced: Displaced
-    slowed: Displaced
-    slowed_earlier: Displaced
     first: Displaced
     borne: Annotated[Row, "most"]
     expected: Annotated[Row, 3]
