@@ -130,6 +130,7 @@ def arrive(it: EventRun) -> int:
     """Count the events of this moment. Steps are explicit again."""
     if it.implicit != 0:
         return event_run.OTHER_METHOD
+    it.creeping, PhaseData(it.phase).stopped = 0, it.slowest
     it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
@@ -222,7 +223,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     set_up(it, contacts)
     if settle(it, contacts) != 0 or rest_given_up(it) != 0:
         return RUNNING
-    if it.holding == 0 and hold(it, contacts) != 0:
+    if it.holding == 0 and it.creeping == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
             return event_run.UNDECIDED
         # friction of a fixed direction would move the body, where open forces hold it
@@ -307,6 +308,9 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
+    if it.creeping != 0 and it.implicit == 0:
+        it.pace = shortest_turn(it)
+        return event_run.OTHER_METHOD
     begin_steps(it, run, end)
     return RUNNING
 
@@ -362,7 +366,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     it.budget -= n
     it.t = run.times[n]
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
-    if status == RUNNING and it.implicit != 0 and is_slow(run) != 0:
+    if status == RUNNING and it.implicit != 0 and it.creeping == 0 and is_slow(run) != 0:
         status = STIFF
     if status == RUNNING:
         crept = creeps(it, n)

@@ -241,7 +241,9 @@ def resolve_slips(it: EventRun, run: Run) -> None:
     most = 0.0
     for i in range(it.n_q, it.n_q + it.n):
         most = greater(most, run.absolute[i])
-    PhaseData(it.phase).stopped = greater(laws.STOPPED, laws.RESOLVED * most)
+    it.slowest = greater(laws.STOPPED, laws.RESOLVED * most)
+    if it.creeping == 0:
+        PhaseData(it.phase).stopped = it.slowest
 
 
 @compiled

@@ -43,6 +43,9 @@ NEAR = 1e-6
 """Greatest distance of contacts that have parted, relative to 1 m or the greatest coordinate, at a place beside a dead
 centre: rows there differ from those at it by its root."""
 
+CREPT = 10.0
+"""Part of the speed of a slip that creeps at which it ends."""
+
 
 @compiled
 def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
@@ -181,6 +184,8 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     elif checked != 0 and it.hold > event_run.LONGEST:
         hold_shorter(it, 8.0)  # contacts had begun to slip before its end
         return 1
+    elif length == event_run.LONGEST and creep(it, contacts) != 0:
+        it.stage = event_run.SET_UP
     for k in range(it.contacts):
         if it.reason[k] == event_run.CONE_REACHED:
             it.reason[k] = event_run.NO_REASON
@@ -199,16 +204,48 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
+def creep(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of steps that have gone on with slips in space slower than `slowest`; return 1 if there are any.
+
+    A slip that stops takes a part of such a step. What is left moves with the machine, as feet do that cannot all stay
+    in place while their legs turn: friction has the direction of a speed of 1e-9 m/s, and follows the load. The last
+    step is a short one, since its mean rows leave its length times such changes in the speeds.
+    """
+    least = it.slowest
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and it.tangents[k] == 2 and not is_smooth(it, k):
+            v = slip_speed(it, k)
+            least = lesser(least, v) if v > it.still else least
+    if least == it.slowest or it.refuse != 0:
+        return 0
+    copy_wholes(it.mode, it.before, it.contacts)
+    if step_of_speeds(it, contacts, event_run.BRIEF) == 0 or modes_of_step(it, contacts) < 0:
+        copy_wholes(it.before, it.mode, it.contacts)
+        return 0
+    PhaseData(it.phase).stopped, it.creeping = least / CREPT, 1
+    return 1
+
+
+@compiled
 def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed; return 1 if contacts are at rest, and none slips slowly, else 0.
 
     Forces beyond their cone by F give a body of mass m the speed F h/m, far below a slip, so contacts are at rest whose
     speeds in the problem are its round-off.
     """
-    least, found = event_run.SMALL * largest(contacts.forces, contacts.rows), 0
-    none = ACCEPTED * largest(contacts.given, contacts.rows)
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
+    return 1 if modes_of_step(it, contacts) > 0 and begin_at_limits(it, contacts) != 0 else 0
+
+
+@compiled
+def modes_of_step(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of the step that has been passed; return the number of contacts at rest, -1 if a slip begins in it.
+
+    A slip that begins has no direction yet.
+    """
+    least, found = event_run.SMALL * largest(contacts.forces, contacts.rows), 0
+    none = ACCEPTED * largest(contacts.given, contacts.rows)
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for i in range(it.count):
@@ -223,12 +260,12 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
             if it.mode[k] == laws.SLIDE and it.rough[k] != 0:
                 if is_smooth(it, k):
                     it.mode[k] = laws.SMOOTH
-                elif slip_speed(it, k) <= it.still:  # it begins, and has no direction yet
-                    return 0
+                elif slip_speed(it, k) <= it.still:
+                    return -1
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
             found += 1 if rests else 0
-    return 1 if found > 1 and begin_at_limits(it, contacts) != 0 else 0
+    return found
 
 
 @compiled
@@ -434,8 +471,8 @@ def rest_given_up(it: EventRun) -> int:
 
     Beside a dead centre forces grow beyond all limits, which such a step of 0.1 µs does not show. Else return 0.
     """
-    rests = it.holding == event_run.AT_REST and has_open_forces(it) == 0
+    rests = (it.holding == event_run.AT_REST or it.creeping != 0) and has_open_forces(it) == 0
     if not (rests and are_near_cones(it, -event_run.SMALL, 0) != 0):
         return 0
-    it.holding, it.stage = 0, event_run.DECIDE
+    it.holding, it.creeping, it.stage = 0, 0, event_run.DECIDE
     return 1
