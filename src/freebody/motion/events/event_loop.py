@@ -9,6 +9,8 @@ halt       the last moment of a slip in space
 
 from __future__ import annotations
 
+import math
+
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
 from ..kernels.switching import IS_STUCK, OTHER_SIDES, same
@@ -308,11 +310,25 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
+    if it.loads > 0 and it.resting == 0 and is_defined(it) == 0:
+        # no accelerations agree with the loads of joints; a step of the speeds has those of before
+        if decided_by_speeds(it, contacts, end - it.t) != 0:
+            return RUNNING
     if it.creeping != 0 and it.implicit == 0:
         it.pace = shortest_turn(it)
         return event_run.OTHER_METHOD
     begin_steps(it, run, end)
     return RUNNING
+
+
+@compiled
+def is_defined(it: EventRun) -> int:
+    """Return 1 if the rates at the start of a phase are finite, else 0."""
+    it.rates(it.t, it.y, it.phase, it.step)
+    for i in range(it.n_y):
+        if not math.isfinite(it.step[i]):
+            return 0
+    return 1
 
 
 @compiled
