@@ -141,10 +141,15 @@ def dynamic_jam(work: ContactRun) -> str:
     (F. Génot, B. Brogliato, New results on Painlevé paradoxes, 1999).
     """
     it = work.it
-    rigid = [work.scene.first[k] for k, c in enumerate(work.model.contacts) if not c.held and it.mode[k] != OPEN]
+    rigid = [
+        work.scene.first[k] for k, c in enumerate(work.model.contacts) if not c.held and it.mode[k] != OPEN
+    ]
     rows = slice(it.first_row, it.logged)
-    times, states = np.array(it.times[rows]), np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)[rows]
-    forces = observe(it.forces, it.rows, times, states, work.memory.phase)[:, rigid]
+    times, states = (
+        np.array(it.times[rows]),
+        np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)[rows],
+    )
+    forces = np.abs(observe(it.forces, it.rows, times, states, work.memory.phase)[:, rigid])
     before = times <= times[0] + BEFORE * (times[-1] - times[0])
     if not rigid or before.all():
         return ""

@@ -35,7 +35,7 @@ from .jumps import (
     take_crossing,
 )
 from .log import log_modes, log_phase, log_state, room_for_event
-from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
+from .moment import approaches, choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
@@ -263,9 +263,17 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
-        it.stage = event_run.DECIDE if turned_over(it) != 0 else it.stage
+        it.stage = stage_after_slip(it)
         set_up(it, contacts)
     return RUNNING
+
+
+@compiled
+def stage_after_slip(it: EventRun) -> int:
+    """Return the stage after the first moment of a slip: what struck in it comes first."""
+    if it.resting == 0 and approaches(it) != 0:
+        return event_run.ARRIVE
+    return event_run.DECIDE if turned_over(it) != 0 else it.stage
 
 
 # -- a phase ---------------------------------------------------------------------------------------------
@@ -310,10 +318,10 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
-    if it.loads > 0 and it.resting == 0 and is_defined(it) == 0:
-        # no accelerations agree with the loads of joints; a step of the speeds has those of before
-        if decided_by_speeds(it, contacts, end - it.t) != 0:
-            return RUNNING
+    # no accelerations agree with the loads of joints; a step of the speeds has those of before
+    undefined = it.loads > 0 and it.resting == 0 and is_defined(it) == 0
+    if undefined and decided_by_speeds(it, contacts, end - it.t) != 0:
+        return RUNNING
     if it.creeping != 0 and it.implicit == 0:
         it.pace = shortest_turn(it)
         return event_run.OTHER_METHOD

@@ -214,7 +214,9 @@ def is_unchanged(it: EventRun, length: float) -> int:
     same = 1
     for i in range(it.seen_size):
         # gaps and reaches may be infinite
-        if it.seen[i] != it.rested[i] and not abs(it.seen[i] - it.rested[i]) <= UNCHANGED * (1.0 + abs(it.seen[i])):
+        if it.seen[i] != it.rested[i] and not abs(it.seen[i] - it.rested[i]) <= UNCHANGED * (
+            1.0 + abs(it.seen[i])
+        ):
             same = 0
     copy(it.seen, it.rested, it.seen_size)
     look(it)
