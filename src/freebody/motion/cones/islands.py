@@ -24,7 +24,7 @@ from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
 from .interior import begin, go_on, is_served
-from .newton import DENSE, DRIFT, balance, reach, solve
+from .newton import DRIFT, balance, reach, solve
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
 """First compliance and its limits, relative to the mean of the scales."""
@@ -48,6 +48,8 @@ INSIDE = 0.1
 """Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
 """Turn before the sweeps, and the rows (without friction) and speeds up to which an island has it."""
+ANEW = 24
+"""Speeds of an island up to which it is solved from zero where all else has not reached the goal."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
 """|F| relative to |v| that ends Newton's method in a round: a part of the residual before it, and the least one."""
 
@@ -345,7 +347,7 @@ def improve(problem: ContactProblem, islands: Islands, island: int, goal: float)
                 greater(soft / 10.0, HARDEST * unit) if left > FINE else lesser(10.0 * soft, SOFTEST * unit)
             )
         last = left
-    if least > goal and part.blocks.n <= DENSE and problem.stop == 0:
+    if least > goal and part.blocks.n <= ANEW and problem.stop == 0:
         begin_anew(problem, islands, least, goal)
 
 

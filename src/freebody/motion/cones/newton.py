@@ -32,8 +32,9 @@ from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
 from .elimination import factored, jacobian, substitute
 
-DENSE = 24
-"""Number of directions up to which Newton's method starts from zero without sweeps."""
+DENSE = 48
+"""Number of directions up to which Newton's method starts from zero without sweeps, whose order breaks symmetries: the
+problem of dominoes in a row has several solutions, and one that treats both sides alike."""
 SOFTEST, STAGES = 1.0, 4
 """First compliance, relative to the mean of the diagonal of A, and the number of compliances, each a tenth."""
 SOFT, MANY = 100.0, 18

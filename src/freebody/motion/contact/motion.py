@@ -22,7 +22,7 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
 from .history import History
-from .refusals import flat
+from .refusals import dynamic_jam, flat
 from .run import run
 from .state import CHOICES, ContactRun
 
@@ -67,11 +67,14 @@ def touching_motion_of(problem: Problem, between: Progress, sided: bool = True) 
             error.trajectory = _trajectory(problem, History(work, End.BROKEN_OFF))  # type: ignore[attr-defined]
         raise
     history = History(work, status)
+    jam = dynamic_jam(work) if status in (End.COLLAPSED, End.NOT_FINITE) else ""
     work.give_back()
     trajectory = _trajectory(problem, history)
     if status in FAILED:
         why = failure(trajectory, history.path, kernels, p.end, work.specs)
-        if status == End.COLLAPSED:
+        if jam:
+            why.args = (jam,)
+        elif status == End.COLLAPSED:
             modes = history.path.segments[-1].modes
             why.args = (f"{why}{flat(work, [k for k, mode in enumerate(modes) if mode != 'open'])}",)
         raise why

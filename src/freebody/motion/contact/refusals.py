@@ -9,10 +9,15 @@ import numpy as np
 from ...errors import SimulationError
 from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
 from ..events import event_run
+from ..ode.dense_output import observe
 from ..phase.laws import OPEN
 from ..phase.scene import KINDS
 from ..start.loaded_joints import jammed, struck_load
 from .state import ContactRun
+
+BEFORE, GROWN = 0.9, 100.0
+"""Part of the last phase after which a force that grows without bound has grown by this factor: near a jam N is
+proportional to the time left, or to its root, to the power -1, and steps collapse at round-off of that time."""
 
 
 def refusal(work: ContactRun, why: int) -> SimulationError:
@@ -127,6 +132,39 @@ def flat(work: ContactRun, contacts: Sequence[int]) -> str:
                 "the motion before, with a terminal event."
             )
     return ""
+
+
+def dynamic_jam(work: ContactRun) -> str:
+    """Return why a run ended if a normal force grew without bound at the end of its last phase, else "".
+
+    There A_NN - μ d·A_NT, beside the other contacts and joints, falls to zero: N is inversely proportional to it
+    (F. Génot, B. Brogliato, New results on Painlevé paradoxes, 1999).
+    """
+    it = work.it
+    rigid = [
+        work.scene.first[k] for k, c in enumerate(work.model.contacts) if not c.held and it.mode[k] != OPEN
+    ]
+    rows = slice(it.first_row, it.logged)
+    times, states = (
+        np.array(it.times[rows]),
+        np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)[rows],
+    )
+    forces = np.abs(observe(it.forces, it.rows, times, states, work.memory.phase)[:, rigid])
+    before = times <= times[0] + BEFORE * (times[-1] - times[0])
+    if not rigid or before.all():
+        return ""
+    early, late = np.nanmax(forces[before]), np.nanmax(forces, axis=0)
+    most = int(np.argmax(late))
+    if not late[most] > GROWN * early > 0:
+        return ""
+    name = work.names[[k for k in range(it.contacts) if work.scene.first[k] == rigid[most]][0]]
+    return (
+        f"The motion of '{work.model.name}' leads into a jam at t = {it.t:.9g} s: the normal force of contact '{name}' "
+        f"grew from {early:.3g} N to {late[most]:.3g} N in the last {times[-1] - times[before][-1]:.3g} s, and without "
+        "bound. The friction that it brings presses the contact on by as much as N holds it off, so that rigid bodies "
+        "have no motion beyond (Painlevé). Less friction, or another direction of slip, avoids it; "
+        "method='timestepping' with step= passes it by an impulse. The motion up to there is error.trajectory."
+    )
 
 
 def open_shares(work: ContactRun, why: int) -> SimulationError:

@@ -9,6 +9,8 @@ halt       the last moment of a slip in space
 
 from __future__ import annotations
 
+import math
+
 from ...native.instructions import compiled, lesser, run_by
 from ..cones.contacts import Contacts
 from ..kernels.switching import IS_STUCK, OTHER_SIDES, same
@@ -33,7 +35,7 @@ from .jumps import (
     take_crossing,
 )
 from .log import log_modes, log_phase, log_state, room_for_event
-from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
+from .moment import approaches, choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
@@ -130,6 +132,7 @@ def arrive(it: EventRun) -> int:
     """Count the events of this moment. Steps are explicit again."""
     if it.implicit != 0:
         return event_run.OTHER_METHOD
+    it.creeping, PhaseData(it.phase).stopped = 0, it.slowest
     it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
@@ -222,7 +225,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     set_up(it, contacts)
     if settle(it, contacts) != 0 or rest_given_up(it) != 0:
         return RUNNING
-    if it.holding == 0 and hold(it, contacts) != 0:
+    if it.holding == 0 and it.creeping == 0 and hold(it, contacts) != 0:
         if it.refuse != 0:
             return event_run.UNDECIDED
         # friction of a fixed direction would move the body, where open forces hold it
@@ -260,9 +263,17 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if changed > 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
-        it.stage = event_run.DECIDE if turned_over(it) != 0 else it.stage
+        it.stage = stage_after_slip(it)
         set_up(it, contacts)
     return RUNNING
+
+
+@compiled
+def stage_after_slip(it: EventRun) -> int:
+    """Return the stage after the first moment of a slip: what struck in it comes first."""
+    if it.resting == 0 and approaches(it) != 0:
+        return event_run.ARRIVE
+    return event_run.DECIDE if turned_over(it) != 0 else it.stage
 
 
 # -- a phase ---------------------------------------------------------------------------------------------
@@ -307,8 +318,25 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
+    # no accelerations agree with the loads of joints; a step of the speeds has those of before
+    undefined = it.loads > 0 and it.resting == 0 and is_defined(it) == 0
+    if undefined and decided_by_speeds(it, contacts, end - it.t) != 0:
+        return RUNNING
+    if it.creeping != 0 and it.implicit == 0:
+        it.pace = shortest_turn(it)
+        return event_run.OTHER_METHOD
     begin_steps(it, run, end)
     return RUNNING
+
+
+@compiled
+def is_defined(it: EventRun) -> int:
+    """Return 1 if the rates at the start of a phase are finite, else 0."""
+    it.rates(it.t, it.y, it.phase, it.step)
+    for i in range(it.n_y):
+        if not math.isfinite(it.step[i]):
+            return 0
+    return 1
 
 
 @compiled
@@ -362,7 +390,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     it.budget -= n
     it.t = run.times[n]
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
-    if status == RUNNING and it.implicit != 0 and is_slow(run) != 0:
+    if status == RUNNING and it.implicit != 0 and it.creeping == 0 and is_slow(run) != 0:
         status = STIFF
     if status == RUNNING:
         crept = creeps(it, n)

@@ -40,6 +40,8 @@ LONGEST = 1e-6
 return, is nudged."""
 SHORTEST = LONGEST / 10
 """Length of the first step of the speeds alone [s]."""
+BRIEF = LONGEST / 100
+"""Length of the step of the speeds before slips that creep [s]."""
 HELD = 1000 * LONGEST
 """Greatest length of a phase in which contacts are at rest by forces that are open at their limits [s]."""
 AT_REST, BESIDE = 1, 2
@@ -168,7 +170,9 @@ class EventRun(Record):
     ``holding``, ``checking``     `AT_REST` while a phase has the modes of such a step, until ``until``; 1 at its end.
                                   `BESIDE` while it has modes beside a dead centre
     ``hold``                      length of the last such phase
+    ``slowest``, ``creeping``     speed at which slips in space end; 1 while a phase goes on with slower ones (`creep`)
     ``held_*``                    state and log at its start
+    ``rested``                    `seen` at the last check of a rest by open forces, not a number where it has ended
     ``impulses``                  work of impacts and blows
     ``implicit``, ``pace``        1 while steps are implicit, since friction of a slow slip in space is stiff; length of
                                   the explicit step that would have come next
@@ -204,6 +208,7 @@ class EventRun(Record):
     n_y: Count
     contacts: Count
     rows: Count
+    seen_size: Count
     moving: Count
     sequential: Count
     refuse: Count
@@ -270,6 +275,8 @@ class EventRun(Record):
     holding: Whole
     checking: Whole
     hold: Real
+    slowest: Real
+    creeping: Whole
     held_from: Real
     held_work: Real
     held_marks: Whole
@@ -301,6 +308,7 @@ class EventRun(Record):
     held_state: Annotated[Row, "n_y"]
     trial: Annotated[Row, "n_y"]
     seen: Annotated[Row, "seen_size"]
+    rested: Annotated[Row, "seen_size"]
     gap: Row
     reach: Row
     rate: Row

@@ -111,11 +111,17 @@ def move_straight(it: EventRun, begun: float, length: float) -> None:
 
 @compiled
 def closes(it: EventRun, band: float) -> int:
-    """Return 1 if an open contact, whose gap was ``apart``, has become deeper than ``band``, else 0."""
+    """Return 1 if an open contact, whose gap was ``apart``, has become deeper than ``band``, or a closed one has sunk;
+    else 0.
+
+    A wheel that falls flat touches at another point at the end of a step, and there strikes the floor.
+    """
     for k in range(it.contacts):
         was_open = it.mode[k] == laws.OPEN and it.held[k] == 0 and it.apart[k] >= -it.near
         deep = it.gap[k] < -band and it.reach[k] >= -it.near
         if was_open and deep and elsewhere(it.side, it.mode, it.contacts, k) == 0:
+            return 1
+        if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0 and it.gap[k] < -it.near:
             return 1
     return 0
 
@@ -212,8 +218,9 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
             it.step[n_q + i] += it.force[r] * it.X[r * n + i]
     begun = it.t
     length = go_straight(it, length)
-    set_up(it, contacts)
-    project(it)
+    if approaches(it) == 0:  # else the impact comes first
+        set_up(it, contacts)
+        project(it)
     it.rates(it.t, it.y, it.phase, it.step)
     for i in range(it.n_q + it.n, it.n_y):  # work and heat, of loads and of contacts that slip already
         it.y[i] += length * it.step[i]
@@ -242,7 +249,9 @@ def resolve_slips(it: EventRun, run: Run) -> None:
     most = 0.0
     for i in range(it.n_q, it.n_q + it.n):
         most = greater(most, run.absolute[i])
-    PhaseData(it.phase).stopped = greater(laws.STOPPED, laws.RESOLVED * most)
+    it.slowest = greater(laws.STOPPED, laws.RESOLVED * most)
+    if it.creeping == 0:
+        PhaseData(it.phase).stopped = it.slowest
 
 
 @compiled
