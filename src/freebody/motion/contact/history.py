@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown
 from .impact import impact_of, passed
 from .open_forces import LoggedSegment
-from .state import ContactRun
+from .state import ContactRun, Entry
 
 WHY = {
     event_run.BLOW: "a blow",
@@ -46,14 +46,6 @@ UNWATCHED = f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} 
 
 LEAST = 12
 """Least number of marks of a phase."""
-
-
-class Entry(NamedTuple):
-    """An entry of the log: its kind, integers and real numbers."""
-
-    kind: int
-    marks: Any
-    numbers: Any
 
 
 @dataclass

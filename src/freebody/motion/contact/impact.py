@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,10 +13,7 @@ from ...dynamics.conditions.linearized import linearized
 from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
 from ...dynamics.state import state_at
 from ..ode.dense_output import Array
-from .state import ContactRun
-
-if TYPE_CHECKING:
-    from .history import Entry
+from .state import ContactRun, Entry
 
 
 class Impact(NamedTuple):

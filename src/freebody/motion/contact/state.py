@@ -6,7 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,14 @@ from .patches import Patches
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
+
+
+class Entry(NamedTuple):
+    """An entry of the log: its kind, integers and real numbers."""
+
+    kind: int
+    marks: Any
+    numbers: Any
 
 
 class ContactRun:

@@ -28,8 +28,9 @@ from ...ode.integration import Integration
 from ...request import Problem
 from ...trajectory.phases import Phases, Segment
 from ...trajectory.progress import Progress
-from ..history import Entry, History
+from ..history import History
 from ..impact import Impact, impact_of
+from ..state import Entry
 from .impact_slopes import bounces_taken
 from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ...events import event_run
-from ..history import Entry, History
+from ..history import History
+from ..state import Entry
 
 
 class Moment(NamedTuple):
