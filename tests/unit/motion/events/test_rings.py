@@ -158,7 +158,9 @@ def test_derivatives_go_on_where_points_turn_that_stick():
     """They are those of a pendulum on a pin that stands still."""
     s, start = stand(), {"air_z": 0.05, "a": 1.3}
     motion = fb.simulate(s, 1.2, initial=start, sensitivities=["L", "load"], tolerance=1e-11)
-    assert sum(one.why == "its points turned with the load" for one in motion.modes) > 3
+    lost = [one.why for one in motion.modes if one.mode == "open"]  # as the load turns
+    assert "its points turned with the load" in lost
+    assert len(lost) > 3
     fixed = fb.System("pendulum")
     fixed.parameters(load=1.5, L=0.3)
     fixed.gravity = (0, 0, -G)

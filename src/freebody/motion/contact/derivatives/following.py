@@ -36,7 +36,7 @@ from .impact_stages import after_blow_in_joints, after_impact, one_by_one
 from .moments import Moment, moments, notes_of
 from .quantities import quantities
 from .saltation import After, check_modes, check_passing, check_ties, event_slope, kept
-from .slopes import Slopes, refused, title
+from .slopes import Slopes, refused, title, turned_points
 from .variational_path import Switch, VariationalPath, pieces, straight_path, switches_of
 
 ENDS_OF_SIDES = event_run.END_OF_SIDE, event_run.ONTO_SIDE
@@ -333,6 +333,12 @@ class _Following:
                 raise refused(slopes, t, "bounces or slips of several contacts end together there")
         for k in others - set(result):
             raise refused(slopes, t, f"{title(slopes, k)} touches, without approaching, as others collide")
+        for points in () if last is None else turned_points(slopes.model, slopes.parameters):
+            closed = [k for k in points if last.kernels.modes[k] != "open"]
+            lost = [k for k in closed if result.get(k) == event_run.NORMAL_ZERO]
+            if len(lost) < len(closed):  # a disk that sticks on the others moves as before
+                for k in lost:
+                    del result[k]
         return result
 
     def ends_itself(self, k: int, before: int, why: int, last: Segment | None, was_open: bool) -> bool:
