@@ -229,22 +229,20 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
 def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.
 
-    e + E_r W dv + (E_x + δ s) dx = 0 contact by contact, with δ = ``loose`` and the limit μ max(low, x_N - r_N/s_N)
-    (Alart and Curnier): that of e where e_N is 0.
+    e + E_r W dv + (E_x + δ s) dx = 0 contact by contact, with δ = ``loose``.
     """
     at, x, r, e = problem.blocks.at, problem.x, problem.r, problem.e
     for a in range(problem.count):
         row, kind, s, mu = problem.rows[a], problem.kinds[a], problem.scale[a], problem.mu[a]
-        normal = bound(problem, a) if kind > NORMAL else a
-        begin, n, over = at[row], at[row + 1] - at[row], at[problem.rows[normal]]
-        w, part, above = problem.W[begin:], G[begin:], problem.W[over:]
+        begin, n = at[row], at[row + 1] - at[row]
+        over = at[problem.rows[bound(problem, a)]] if kind > NORMAL else begin
+        w, part = problem.W[begin:], G[begin:]
         soft = 1.0 / (loose * s) if s > 0.0 else 0.0
         hard = 1.0 / s if s > 0.0 else 0.0
-        limit, growth, shift = problem.low[normal], 0.0, 0.0
-        if kind > NORMAL and problem.scale[normal] * (x[normal] - limit) > r[normal]:
-            shift = 1.0 / problem.scale[normal]
-            limit, growth = x[normal] - shift * r[normal], mu
-        limit = s * mu * greater(limit, 0.0)
+        pressed = x[bound(problem, a)] > 0.0 if kind > NORMAL else True
+        limit, growth = 0.0, 0.0
+        if kind > NORMAL and pressed:
+            limit, growth = s * mu * x[bound(problem, a)], mu
         if kind <= NORMAL:
             held = kind == EQUALITY or s * (x[a] - problem.low[a]) > r[a]
             g[a] = e[a] * (soft if held else hard)
@@ -254,22 +252,19 @@ def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> Non
             y = s * x[a] - r[a]
             share = growth if y > 0.0 else -growth
             held = abs(y) <= limit
-            miss = s * x[a] - clipped(y, limit)
-            g[a] = miss * soft if held else miss * hard + share * g[normal]
+            g[a] = e[a] * soft if held else e[a] * hard + share * g[bound(problem, a)]
             for k in range(n):
-                part[k] = soft * w[k] if held else share * (G[over + k] + shift * above[k])
+                part[k] = soft * w[k] if held else share * G[over + k]
         elif kind == FIRST:
-            y, z = s * x[a] - r[a], s * x[a + 1] - r[a + 1]
-            d, f, p = bend(y, z, limit)
+            d, f, p = bend(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
             # held: d = f = 0, p = 1
-            miss, other = s * x[a] - p * y, s * x[a + 1] - p * z
             across = 1.0 / (s * (1.0 - p) + loose * s) if s > 0.0 else 0.0
-            ahead = d * miss + f * other
-            push = hard * ahead + growth * g[normal]
-            g[a] = across * (miss - d * ahead) + d * push
-            g[a + 1] = across * (other - f * ahead) + f * push
+            ahead = d * e[a] + f * e[a + 1]
+            push = hard * ahead + growth * g[bound(problem, a)]
+            g[a] = across * (e[a] - d * ahead) + d * push
+            g[a + 1] = across * (e[a + 1] - f * ahead) + f * push
             for k in range(n):
-                forward, grown = d * w[k] + f * w[n + k], growth * (G[over + k] + shift * above[k])
+                forward, grown = d * w[k] + f * w[n + k], growth * G[over + k]
                 part[k] = across * p * (w[k] - d * forward) + d * grown
                 part[n + k] = across * p * (w[n + k] - f * forward) + f * grown
 

@@ -23,39 +23,26 @@ from .cone import add_all, along_all, combine, law_slopes, residual
 from .contact_problem import ContactProblem, Newton
 from .elimination import factored, jacobian, substitute
 
-LOOSE, LOOSEST, STIFF = 1e-8, 0.1, 1e-4
-"""Limits of δ, and up to where it grows in steps that gain little: a step leaves about this part of an error."""
-LITTLE, MORE, TIMES = 0.3, 10.0, 4
-"""Ratio of the residual to the least one above which a step gains little; the factor of δ in the next one, and the
-number of such steps after which δ begins anew."""
-IDLE = 14
-"""Number of such steps in a row that ends the search."""
+LOOSE, LOOSEST = 1e-8, 0.1
+"""Limits of δ, which is the residual: a step leaves about this part of an error."""
 LOST = 1e6
-"""Growth of the residual after which the search goes back to the best x."""
+"""Growth of the residual that ends the search."""
 
 
 @compiled
 def descend(problem: ContactProblem, memory: Newton, goal: float, most: int, part: float) -> float:
     """Improve x by up to ``most`` steps, δ a ``part`` of the residual; return that of the best, which x becomes."""
-    m, least, turn, idle, growth = problem.count, math.inf, 0, 0, 1.0
+    m, least, turn = problem.count, math.inf, 0
     while True:
         add_all(problem)
         size = residual(problem)
-        idle = idle + 1 if size > LITTLE * least else 0
-        growth = 1.0 if idle % TIMES == 0 else growth * MORE
         if size < least:
             least = size
             for a in range(m):
                 memory.best[a] = problem.x[a]
-        elif math.isfinite(least) and not size < LOST * least:
-            for a in range(m):
-                problem.x[a] = memory.best[a]
-            add_all(problem)
-            size = residual(problem)
-        if least <= goal or turn == most or idle == IDLE or problem.stop != 0 or not math.isfinite(size):
+        if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
             break
-        loose = greater(LOOSE, lesser(LOOSEST, part * size))
-        if step(problem, memory, greater(loose, lesser(STIFF, growth * loose))) == 0:
+        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size))) == 0:
             break
         turn += 1
     for a in range(m):

@@ -37,8 +37,6 @@ FEW = 12
 WARM, COLD = 20, 100
 """Limits on Newton's steps on the laws, from the impulses of the sweeps and from zero: most of those that end need
 fewer."""
-PART = 0.1
-"""Part of the residual by which their steps are damped."""
 APPROACHES, PATH, LATE = 3, 20, 4
 """Number of approaches of the interior point method, limit on its steps in each of them, and the turn from which it
 begins without the slope of |z_T|."""
@@ -84,16 +82,13 @@ class Islands(Record):
 
 
 @compiled
-def settle(
-    problem: ContactProblem, islands: Islands, goal: float, close: float, enough: float, turn: int
-) -> int:
-    """Improve x in every island that violates a law by more than ``goal``, within the cones; return 1 on success.
+def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float, turn: int) -> float:
+    """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
-    longer. Where Newton's method ends above the goal, ``close`` is taken, and ``enough`` where it did so from the
-    interior point method, too. x that is not finite has no residual.
+    longer. Islands that are within ``enough`` get no rounds of proximal points. x that is not finite has no residual.
     """
-    blocks, rows, speeds, taken, fit = problem.blocks, islands.rows, islands.speeds, goal, 1
+    blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
     if turn == SMALL_FIRST:
         speeds = FEW_SPEEDS if speeds > FEW_SPEEDS else speeds
         rows = FEW_ROWS if is_bare(problem) == 1 and rows > FEW_ROWS else rows
@@ -105,18 +100,15 @@ def settle(
         if b >= 0:
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
-        if islands.parent[b] == b and islands.worst[b] > goal * problem.reference:
-            if lay_out(problem, islands, b, rows, speeds) == 1:
-                limit = at_once(problem, islands, b, goal, close, enough, turn)
-                if turn > 0 and islands.worst[b] > limit * problem.reference:
-                    improve(problem, islands, b, goal)
-                taken = greater(taken, limit)
-            else:
-                fit = 0
+        unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
+        if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
+            solved = at_once(problem, islands, b, goal, turn)
+            if solved == 0 and turn > 0 and islands.worst[b] > enough * problem.reference:
+                improve(problem, islands, b, goal)
     project_all(problem, problem.x, problem.x)
     add_all(problem)
     problem.residual = residual(problem)
-    return 1 if problem.residual <= (taken if fit == 1 else goal) else 0
+    return problem.residual
 
 
 @compiled
@@ -244,23 +236,15 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
 
 
 @compiled
-def at_once(
-    problem: ContactProblem,
-    islands: Islands,
-    island: int,
-    goal: float,
-    close: float,
-    enough: float,
-    turn: int,
-) -> float:
-    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return what is taken.
+def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
+    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
 
     Newton's method begins with the impulses of the sweeps, then with those of the interior point method, which begins
     at other rates in each turn. What that does not serve begins with none from the second turn on, with other damping
     in each. The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
-    least, limit = islands.worst[island] / problem.reference, goal
+    least = islands.worst[island] / problem.reference
     for i in range(part.count):
         newton.y[i] = part.x[i]
     left, ways, inside = math.inf, 2 if turn > 0 else 1, 1 if turn >= 0 and is_served(part) == 1 else 0
@@ -270,14 +254,13 @@ def at_once(
         if is_bare(part) == 1 and part.count <= dense.most:
             left, ways = take_in(part, dense, goal), 1
         elif way == 0:
-            left, limit = descend(part, newton, INSIDE * goal, WARM, PART), greater(goal, close)
-        elif inside == 1 and least > limit:
+            left = descend(part, newton, INSIDE * goal, WARM, 1.0)
+        elif inside == 1 and least > goal:
             if way == 1:
                 begin(part, newton.path, start_of(turn), 1.0 if turn < LATE else 0.0)
             go_on(part, newton, ROUGH if way == 1 else (FINER if way == 2 else FINEST), PATH)
-            left = descend(part, newton, INSIDE * goal, WARM if turn == 0 else COLD, PART)
-            limit = greater(goal, enough)
-        elif least > limit:
+            left = descend(part, newton, INSIDE * goal, WARM if turn == 0 else COLD, 1.0)
+        elif least > goal:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
             left = descend(part, newton, INSIDE * goal, COLD, looseness(turn))
@@ -287,11 +270,11 @@ def at_once(
                 newton.y[i] = part.x[i]
     for i in range(part.count):
         part.x[i] = newton.y[i]
-    if turn != SMALL_FIRST or least <= limit:
+    if turn != SMALL_FIRST or least <= goal:
         islands.worst[island] = least * problem.reference
         for i in range(part.count):
             problem.x[islands.own[i]] = part.x[i]
-    return limit
+    return 1 if least <= goal else 0
 
 
 @compiled
@@ -306,8 +289,8 @@ def start_of(turn: int) -> float:
 def looseness(turn: int) -> float:
     """Return the part of the residual that a step is damped by in a turn: what one leads astray, another solves."""
     if turn % 3 == 1:
-        return PART
-    return 10.0 * PART if turn % 3 == 2 else 0.1 * PART
+        return 1.0
+    return 10.0 if turn % 3 == 2 else 0.1
 
 
 @compiled

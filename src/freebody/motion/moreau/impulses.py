@@ -22,13 +22,11 @@ CLOSE = 10.0
 def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
 
-    A residual close to it is taken where two turns have not ended, or Newton's method has with it; one of ``enough``
-    where four have not, or that method has with it from the interior point method, too.
+    A residual close to it is taken where two turns have not ended, and one of ``enough`` where four have not.
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
     problem, most = run.problem, FEW
-    close = lesser(enough, CLOSE * goal)
-    if near == 1 and settle(problem, islands, goal, close, enough, SMALL_FIRST) == 1:
+    if near == 1 and settle(problem, islands, goal, enough, SMALL_FIRST) <= goal:
         return 1
     for turn in range(TURNS):
         if turn == ANEW:
@@ -38,12 +36,12 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
             most = MORE
         elif turn > 1:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
-        limit = enough if turn >= WEARY else close
+        limit = enough if turn >= WEARY else lesser(enough, CLOSE * goal)
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
         run.sweeping.ended = 1 if sweeps >= 0 else 0
         if sweeps >= 0 or (
-            math.isfinite(problem.residual) and settle(problem, islands, goal, limit, enough, turn) == 1
+            math.isfinite(problem.residual) and settle(problem, islands, goal, limit, turn) <= goal
         ):
             return 1
         if turn >= PATIENT and problem.residual <= limit:
