@@ -83,7 +83,7 @@ def march(run: Run, islands: Islands) -> int:
     """Do ``run.steps`` steps from y; return the number done. If a step fails, ``run.failure`` says why."""
     run.done, run.failure, run.logged = 0, NONE, 0
     while run.done < run.steps and run.failure == NONE and room_left(run) == 1 and run.problem.stop == 0:
-        t = run.t + run.done * run.h
+        t = run.times[run.done]
         run.failure = midpoint(run, islands, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
             run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ

@@ -244,8 +244,9 @@ class Displaced(Record):
 
 @record
 class Run(Record):
-    """A run in steps of length h from the state y at t; ``past``: lengths of the last step and of the one before.
+    """A run in steps of length h from the state y; ``past``: lengths of the last step and of the one before.
 
+    ``times``              time at the start of each step
     ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
     ``tolerance``, ``most_sweeps``    of the contact problem of a step;  ``accepted``, ``most_accepted``: limits of
                            ``enough``, the residual with which it is taken where its search would be long
@@ -271,8 +272,8 @@ class Run(Record):
                            power of these), ``constraint_rates``, W
     """
 
-    t: Real
     h: Real
+    times: Row
     past: Annotated[Row, 2]
     tolerance: Real
     accepted: Real

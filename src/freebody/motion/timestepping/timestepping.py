@@ -303,7 +303,7 @@ class _Run:
     def _marched(self, y: Array, last: int, most_sweeps: int, aside: bool, between: Progress) -> int:
         """Run the loop to the step ``last``, or until the log is full or a step fails; return the number of steps."""
         run, some = self.memory, slice(self.reached, last)
-        run.t, run.h, run.tolerance = self.grid.times[self.reached], self.grid.lengths[self.reached], RESIDUAL
+        run.times, run.h, run.tolerance = self.grid.times[some], self.grid.lengths[self.reached], RESIDUAL
         accept(run)
         run.most_sweeps, run.steps, run.y = most_sweeps, last - self.reached, y
         run.states, run.impulses, run.works = self.states[1:][some], self.impulses[some], self.works[some]

@@ -8,6 +8,7 @@ import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
+from freebody.motion.timestepping import timestepping
 
 G = 9.81
 
@@ -372,3 +373,20 @@ def test_energy_that_one_body_would_gain_is_not_paid_by_another_that_loses_it():
     assert both.reduced == alone.reduced == 1
     for name in ("x", "y", "turn"):
         assert np.abs(both[name] - alone[name]).max() < 1e-12
+
+
+def test_the_length_of_pieces_changes_no_bit(monkeypatch):
+    """Pieces of steps end by the clock; the time of a step is that of the grid, wherever its piece begins."""
+    s = fb.System("shaken")
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.box(1, (0.2, 0.1, 0.1)))
+    s.planar("plane", s.ground, box, coordinate="x y turn")
+    s.force("F", box.origin, ("8*sin(7*t)", 0, 0))
+    s.contact("floor", box.corners((-0.1, -0.05, 0), (0.1, -0.05, 0)), s.ground.plane(), friction=0.4)
+    ends = []
+    for few in (16, 7, 1):
+        monkeypatch.setattr(timestepping, "FEW", few)
+        motion = fb.simulate(s, 0.5, initial={"y": 0.05}, method="timestepping", step=1e-3)
+        ends.append(motion.path.states)
+    assert (ends[0] == ends[1]).all()
+    assert (ends[0] == ends[2]).all()
