@@ -16,14 +16,20 @@ from ...errors import ModelError, SimulationError, arguments_named
 from ...scalar.algebra import Expression, Vector
 from ..ending import End
 from ..kernels.kernels import Kernels
+from ..kernels.program import at_states
 from ..ode.dense_output import Path
 from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..start.loaded_joints import check_loads
 from ..trajectory.contact_expressions import of_contacts, refuse_outputs
-from ..trajectory.event import EventSpec, Happening, event
+from ..trajectory.event import EventSpec, Happening, event, expressions_of
 from ..trajectory.phases import Phases, Segment, segments_of
+
+SOONER = 2.0 ** -np.arange(1, 31)
+"""Parts of a step at which a rebound is looked for."""
+NOISE = 1e-14
+"""Round-off of an expression, relative to the greatest coordinate or speed."""
 
 
 @dataclass(frozen=True)
@@ -176,12 +182,15 @@ def struck_path(
     remaining = [np.inf if blow.times is None else blow.times for blow in called]
     segments: list[Segment] = []
     happenings: list[Happening] = []
+    rebounding: list[tuple[int, int]] = []
     t, y, work, last = begin, np.array(state, dtype=float), 0.0, -np.inf
     repeated = 0
     while True:
         target = timed[0][0] if timed else end
         path = advance(y, t, target, work)
         calls = [c for c in path.crossings if c.number >= count]
+        for k, sign in rebounding:
+            check_return(kernels, numbers, (count + k, called[k], sign), path)
         legs = segments_of(path, kernels, work)
         for leg in legs:
             own = tuple(c for c in leg.path.crossings if c.number < count)
@@ -192,6 +201,8 @@ def struck_path(
         fallen = [c.number - count for c in calls if stopped and abs(c.time - path.end) <= last_moment]
         fallen = [k for k in fallen if remaining[k] > 0]
         now = [called[k] for k in fallen]
+        signs = {c.number - count: c.sign for c in calls}
+        rebounding = [(k, signs[k]) for k in fallen if called[k].options["restitution"] not in (None, 0)]
         y, t = legs[-1].path.states[-1].copy(), path.end
         if path.status == End.FINISHED and timed:
             while timed and timed[0][0] == target:
@@ -220,6 +231,39 @@ def struck_path(
             if now:
                 segments.append(replace(segments[-1], path=tail, impulses=work))
             return Phases(tuple(segments), status), tuple(happenings)
+
+
+def check_return(
+    kernels: Kernels, numbers: Mapping[str, float], rebound: tuple[int, Blow, int], path: Path | Phases
+) -> None:
+    """Raise if the point of a blow against a surface comes back within a part of the first step that the search for
+    events does not resolve: the condition, an event of this number, has the sign that it has behind the surface again,
+    without a zero.
+    """
+    number, blow, sign = rebound
+    first = path.segments[0].path if isinstance(path, Phases) else path
+    (quantity,) = expressions_of(kernels.model, (call_of(blow),))
+    if len(first.times) < 2 or any(c.number == number for c in first.crossings):
+        return
+    h = first.times[1] - first.times[0]
+    times = first.times[0] + h * np.array([1.0, *SOONER])
+    states = first.sample(times)[:, : kernels.model.n_q + kernels.model.n_u]
+    program = kernels.expressions((quantity,))
+    values = (
+        sign
+        * at_states(program, "values", times, states, program.constants(kernels.parameters(numbers)))[:, 0]
+    )
+    noise = NOISE * (1 + np.abs(states).max())
+    if values[0] > noise and values.min() < -noise:
+        raise refused_return(blow, float(first.times[0]), h)
+
+
+def refused_return(blow: Blow, t: float, h: float) -> SimulationError:
+    """Return the error for a blow whose rebound turns round within a step."""
+    return SimulationError(
+        f"The blow '{blow.name}' falls again and again from t = {t:.9g} s on: loads turn its rebound round within a "
+        f"step of {h:g} s. A surface on which something comes to rest is a contact: s.contact(..., restitution=e)."
+    )
 
 
 def strike(

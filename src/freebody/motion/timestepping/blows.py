@@ -16,7 +16,7 @@ import numpy as np
 from ...dynamics.impulse import blows_on, generalized_impulse, speed_jumps
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
-from ..legs.blow import Blow
+from ..legs.blow import Blow, refused_return
 from ..ode.dense_output import Array, Crossing, observe
 from .mean_motion import middle_of
 
@@ -68,11 +68,7 @@ def calls(run: Any, one: Blow, crossing: Crossing) -> bool:
         return _approach(run, one, crossing.time, crossing.state) > 0
     end = run.reached
     if one.options["restitution"] != 0 and _approach(run, one, run.grid.times[end], run.states[end]) > 0:
-        raise SimulationError(
-            f"The blow '{one.name}' falls again and again from t = {crossing.time:.9g} s on: loads turn its rebound "
-            f"round within a step of {run.grid.lengths[end - 1]:g} s. A surface on which something comes to rest is a "
-            "contact: s.contact(..., restitution=e)."
-        )
+        raise refused_return(one, crossing.time, run.grid.lengths[end - 1])
     return False
 
 

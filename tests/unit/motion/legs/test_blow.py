@@ -109,3 +109,18 @@ def test_ledger_of_a_blow_before_a_law_switches():
     assert "wall leaves" in [event.name for event in motion.events]
     assert motion.energy.impulses[-1] != 0
     assert motion.energy.relative_residual < 1e-9
+
+
+def test_a_rebound_that_returns_within_a_step_is_refused():
+    """The ball fell through the surface after ten rebounds, without a word."""
+    s = fb.System("ball")
+    s.gravity = (0, -9.81, 0)
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    given = {"at": ball.origin, "normal": (0, 1, 0), "restitution": 0.5}
+    floor = fb.blow(fb.event("y", direction=-1), **given, name="floor")
+    few = fb.simulate(s, 1.3, initial={"y": 1}, impulses=[floor])
+    assert len(few.events) == 5
+    said = r"The blow 'floor' falls again and again from t = 1\.35\d* s on: loads turn its rebound round within a step"
+    with pytest.raises(SimulationError, match=said):
+        fb.simulate(s, 3, initial={"y": 1}, impulses=[floor])

@@ -333,8 +333,9 @@ class _Following:
                 raise refused(slopes, t, "bounces or slips of several contacts end together there")
         for k in others - set(result):
             raise refused(slopes, t, f"{title(slopes, k)} touches, without approaching, as others collide")
-        for points in () if last is None else turned_points(slopes.model, slopes.parameters):
-            closed = [k for k in points if last.kernels.modes[k] != "open"]
+        modes = () if last is None else last.kernels.modes
+        for points in turned_points(slopes.model, slopes.parameters) if modes else ():
+            closed = [k for k in points if modes[k] != "open"]
             lost = [k for k in closed if result.get(k) == event_run.NORMAL_ZERO]
             if len(lost) < len(closed):  # a disk that sticks on the others moves as before
                 for k in lost:
