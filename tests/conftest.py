@@ -23,8 +23,7 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Leave the tests themselves out of every collection of garbage from here on."""
-    gc.freeze()
+    """Collect it again from here on."""
     gc.enable()
 
 
