@@ -32,20 +32,6 @@ MOST_PARTS = 1024
 BESIDE = EPS ** (1 / 3)
 """Part of a step in which the error of the midpoint rule, of third order, is round-off of the change in the step."""
 
-
-@compiled
-def is_beside(run: Run, x: float) -> Truth:
-    """Return whether a state at ``x`` follows from that at ``base``, but for round-off.
-
-    The ends of shorter steps have errors, of the tolerance r, and run with the length at slopes that are off by those:
-    over a small part p of the step by r p.
-    """
-    part, error = abs(x - run.base), 0.0
-    for i in range(run.n):
-        error = greater(error, run.relative[i] * part)
-    return run.base >= 0.0 and part <= BESIDE and error <= EPS
-
-
 part = Parts()
 
 method: Any = None
@@ -155,7 +141,7 @@ def state_in_step(run: Run, x: float) -> None:
     if method.single_step:
         dense_state(run, x)
     elif run.reached != x:
-        if method.cost > 0 and is_beside(run, x):
+        if method.cost > 0 and run.base >= 0.0 and abs(x - run.base) <= BESIDE:
             state_beside(run, x)
         else:
             shorter_step(run, x)
