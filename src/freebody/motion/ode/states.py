@@ -11,7 +11,6 @@ import math
 from typing import Any
 
 from ...native.instructions import (
-    EPS,
     Integers,
     Parts,
     Real,
@@ -28,9 +27,6 @@ from .run import Run
 
 MOST_PARTS = 1024
 """Number of parts into which a step is divided at most."""
-
-BESIDE = EPS ** (1 / 3)
-"""Part of a step in which the error of the midpoint rule, of third order, is round-off of the change in the step."""
 
 part = Parts()
 
@@ -135,33 +131,12 @@ def shorter_step(run: Run, x: float) -> None:
 def state_in_step(run: Run, x: float) -> None:
     """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
     single step, from the dense output. A state that the row still holds is not computed again.
-
-    One beside the end of the last shorter step is found from there.
     """
     if method.single_step:
         dense_state(run, x)
     elif run.reached != x:
-        if method.cost > 0 and run.base >= 0.0 and abs(x - run.base) <= BESIDE:
-            state_beside(run, x)
-        else:
-            shorter_step(run, x)
-            run.y_new[:] = run.point
-            run.base = x
+        shorter_step(run, x)
         run.reached = x
-
-
-@part
-def state_beside(run: Run, x: float) -> None:
-    """Set the row point: the state at ``x``, from that at ``base``, y_new, by the midpoint rule."""
-    t, length = run.t + run.base * run.h, (x - run.base) * run.h
-    run.rates(t, run.y_new, run.c, run.k[1])
-    run.argument[:] = run.y_new + length / 2.0 * run.k[1]
-    run.rates(t + length / 2.0, run.argument, run.c, run.k[2])
-    run.evaluated += 2
-    run.point[:] = run.y_new + length * run.k[2]
-    normalise(run, run.point)
-    if run.projection is not None:
-        project(run, run.t + x * run.h, run.point, True)
 
 
 # -- states at given times -----------------------------------------------------------------------------
@@ -187,7 +162,7 @@ def step_at(run: Run, steps: int, t: float) -> int:
 @part
 def begin_again(run: Run, t: float, y: Reals) -> None:
     """Go to the start of a step, the state y at t."""
-    run.t, run.reached, run.base = t, -1.0, -1.0
+    run.t, run.reached = t, -1.0
     for i in range(run.n):
         run.y[i] = y[i]
     run.rates(run.t, run.y, run.c, run.k[0])
