@@ -172,6 +172,7 @@ class EventRun(Record):
     ``hold``                      length of the last such phase
     ``slowest``, ``creeping``     speed at which slips in space end; 1 while a phase goes on with slower ones (`creep`)
     ``held_*``                    state and log at its start
+    ``rested``                    `seen` at the last check of a rest by open forces, not a number where it has ended
     ``impulses``                  work of impacts and blows
     ``implicit``, ``pace``        1 while steps are implicit, since friction of a slow slip in space is stiff; length of
                                   the explicit step that would have come next
@@ -207,6 +208,7 @@ class EventRun(Record):
     n_y: Count
     contacts: Count
     rows: Count
+    seen_size: Count
     moving: Count
     sequential: Count
     refuse: Count
@@ -306,6 +308,7 @@ class EventRun(Record):
     held_state: Annotated[Row, "n_y"]
     trial: Annotated[Row, "n_y"]
     seen: Annotated[Row, "seen_size"]
+    rested: Annotated[Row, "seen_size"]
     gap: Row
     reach: Row
     rate: Row

@@ -12,6 +12,8 @@ Source: J. J. Moreau, Unilateral contact and dry friction in finite freedom dyna
 
 from __future__ import annotations
 
+import math
+
 from ...native.instructions import Truth, compiled, greater, inlined, lesser, run_by
 from ..cones.contacts import ACCEPTED, Contacts
 from ..phase import laws
@@ -35,7 +37,7 @@ from .moment import (
     slip_speed,
 )
 from .problem import gather
-from .setting import leaves_rest, normalise
+from .setting import depends, leaves_rest, listed, normalise, set_up
 from .shares import find_shared, leave_pulling
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
@@ -43,6 +45,8 @@ NEAR = 1e-6
 """Greatest distance of contacts that have parted, relative to 1 m or the greatest coordinate, at a place beside a dead
 centre: rows there differ from those at it by its root."""
 
+UNCHANGED = 1e-12
+"""Relative difference of all that a step of the speeds is computed from, below which its result is the same."""
 CREPT = 10.0
 """Part of the speed of a slip that creeps at which it ends."""
 
@@ -174,13 +178,16 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     it.checking = 0
     again = it.leap > 0.0 and it.t - it.leapt <= 2.0 * it.leap
     length = lesser(2.0 * it.leap, event_run.LONGEST) if again else event_run.SHORTEST
+    if checked != 0 and is_unchanged(it, length) != 0:
+        hold_longer(it)
+        return 1
     if length > longest or step_of_speeds(it, contacts, length) == 0:
+        it.rested[0] = math.nan
         return 0
     it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
     if hold_at_rest(it, contacts) != 0:
-        longer = lesser(4.0 * it.hold, event_run.HELD)
-        it.hold = longer if checked != 0 else event_run.LONGEST
-        it.until, it.holding, it.stage = it.t + it.hold, event_run.AT_REST, event_run.SET_UP
+        it.hold = it.hold if checked != 0 else event_run.LONGEST / 4.0
+        hold_longer(it)
     elif checked != 0 and it.hold > event_run.LONGEST:
         hold_shorter(it, 8.0)  # contacts had begun to slip before its end
         return 1
@@ -193,13 +200,40 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
 
 
 @compiled
+def hold_longer(it: EventRun) -> None:
+    """Hold the modes of a rest by open forces for four times as long as before, up to `HELD`."""
+    it.hold = lesser(4.0 * it.hold, event_run.HELD)
+    it.until, it.holding, it.stage = it.t + it.hold, event_run.AT_REST, event_run.SET_UP
+
+
+@compiled
+def is_unchanged(it: EventRun, length: float) -> int:
+    """Return 1 if a step of the speeds is that of the last check, which found a rest, else 0."""
+    copy(it.rate, it.speeds, it.rows)
+    look_halfway(it, length)
+    same = 1
+    for i in range(it.seen_size):
+        # gaps and reaches may be infinite
+        if it.seen[i] != it.rested[i] and not abs(it.seen[i] - it.rested[i]) <= UNCHANGED * (
+            1.0 + abs(it.seen[i])
+        ):
+            same = 0
+    copy(it.seen, it.rested, it.seen_size)
+    look(it)
+    return same
+
+
+@compiled
 def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
         leave_pulling(it, contacts)
+        if beyond_cones(it, -event_run.SMALL, 0) != 0:
+            stay_at_limits(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
+    it.rested[0] = math.nan
     return 0
 
 
@@ -283,6 +317,41 @@ def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
                 if n > 1:
                     return 0
                 it.mode[k] = laws.SLIDE_BACK if contacts.forces[at + 1] > 0.0 else laws.SLIDE_ON
+    return 1
+
+
+@compiled
+def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
+    """Let contacts at rest that the step has at their limits stay there, where equal shares would be beyond cones.
+
+    The others hold them; their forces decide the motion, as where a ball that is clamped spins at a third contact.
+    """
+    copy_wholes(it.mode, it.before, it.contacts)
+    for i in range(it.count):
+        k, at, n = it.chosen[i], contacts.at[i], contacts.tangents[i]
+        limit = contacts.static[i] * contacts.forces[at]
+        friction = size_of(contacts.forces[at + 1 :], n)
+        if it.mode[k] == laws.STICK and limit > 0.0 and limit - friction <= ACCEPTED * limit:
+            for j in range(n):
+                it.way[k, j] = -contacts.forces[at + 1 + j] / friction
+            it.mode[k] = laws.LIMIT
+            if n == 1:
+                it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
+    set_up(it, contacts)
+    if beyond_cones(it, -event_run.SMALL, 0) != 0 or are_held(it, contacts) == 0:
+        copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
+
+
+@compiled
+def are_held(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if the others hold the contacts that have been put to their limits, else 0."""
+    count = listed(it)
+    for k in range(it.contacts):
+        if it.mode[k] != it.before[k]:
+            for j in range(it.tangents[k]):
+                if depends(it, contacts, it.first[k] + 1 + j, count) == 0:
+                    return 0
     return 1
 
 
