@@ -269,12 +269,13 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     """
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
-    return 1 if modes_of_step(it, contacts) > 0 and begin_at_limits(it, contacts) != 0 else 0
+    return 1 if modes_of_step(it, contacts) > 1 and begin_at_limits(it, contacts) != 0 else 0
 
 
 @compiled
 def modes_of_step(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the step that has been passed; return the number of contacts at rest, -1 if a slip begins in it.
+    """Set the modes of the step that has been passed; return the number of tangents of contacts at rest, -1 if a slip
+    begins in it.
 
     A slip that begins has no direction yet.
     """
@@ -298,7 +299,8 @@ def modes_of_step(it: EventRun, contacts: Contacts) -> int:
                     return -1
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
-            found += 1 if rests else 0
+            if rests:  # in a plane one contact alone has a force that events follow
+                found += 2 if n > 1 else 1
     return found
 
 
@@ -322,7 +324,8 @@ def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
-    """Let contacts at rest that the step has at their limits stay there, where equal shares would be beyond cones.
+    """Let contacts at rest in space that the step has at their limits stay there, where equal shares would be beyond
+    cones.
 
     The others hold them; their forces decide the motion, as where a ball that is clamped spins at a third contact.
     """
@@ -331,12 +334,10 @@ def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
         k, at, n = it.chosen[i], contacts.at[i], contacts.tangents[i]
         limit = contacts.static[i] * contacts.forces[at]
         friction = size_of(contacts.forces[at + 1 :], n)
-        if it.mode[k] == laws.STICK and limit > 0.0 and limit - friction <= ACCEPTED * limit:
+        if n > 1 and it.mode[k] == laws.STICK and limit > 0.0 and limit - friction <= ACCEPTED * limit:
             for j in range(n):
                 it.way[k, j] = -contacts.forces[at + 1 + j] / friction
             it.mode[k] = laws.LIMIT
-            if n == 1:
-                it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
     set_up(it, contacts)
     if beyond_cones(it, -event_run.SMALL, 0) != 0 or are_held(it, contacts) == 0:
         copy_wholes(it.before, it.mode, it.contacts)
