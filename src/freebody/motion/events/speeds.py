@@ -299,8 +299,8 @@ def modes_of_step(it: EventRun, contacts: Contacts) -> int:
                     return -1
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
-            if rests:  # in a plane one contact alone has a force that events follow
-                found += 2 if n > 1 else 1
+            if rests:  # a contact alone in a plane has a force that events follow
+                found += 1 if n == 1 and it.held[k] == 0 else 2
     return found
 
 
@@ -324,8 +324,8 @@ def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
-    """Let contacts at rest in space that the step has at their limits stay there, where equal shares would be beyond
-    cones.
+    """Let what is at rest at its limit in the step stay there, of contacts in space and of joints, where equal shares
+    would be beyond cones.
 
     The others hold them; their forces decide the motion, as where a ball that is clamped spins at a third contact.
     """
@@ -334,10 +334,13 @@ def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
         k, at, n = it.chosen[i], contacts.at[i], contacts.tangents[i]
         limit = contacts.static[i] * contacts.forces[at]
         friction = size_of(contacts.forces[at + 1 :], n)
-        if n > 1 and it.mode[k] == laws.STICK and limit > 0.0 and limit - friction <= ACCEPTED * limit:
+        stays = it.mode[k] == laws.STICK and (n > 1 or it.held[k] != 0)
+        if stays and limit > 0.0 and limit - friction <= ACCEPTED * limit:
             for j in range(n):
                 it.way[k, j] = -contacts.forces[at + 1 + j] / friction
             it.mode[k] = laws.LIMIT
+            if n == 1:
+                it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
     set_up(it, contacts)
     if beyond_cones(it, -event_run.SMALL, 0) != 0 or are_held(it, contacts) == 0:
         copy_wholes(it.before, it.mode, it.contacts)
