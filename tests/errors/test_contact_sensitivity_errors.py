@@ -55,7 +55,7 @@ def test_a_switch_that_no_step_sees():
     s.slider("guide", s.ground, body, axis="x", coordinate="x")
     s.force("law", body, ("300*sign(x) - 200", 0, 0))
     message = (
-        r"after t = 0.0\d* s, where a law switches as x passes zero: its steps do not see it. End the run"
+        r"after t = 0.08\d* s, where a law switches as x passes zero: its steps do not see it. End the run"
     )
     refused(s, start | {"x": 0.5, "x'": -math.sqrt(100.01)}, ["y0"], message, until=0.3)
 
