@@ -290,12 +290,16 @@ def test_a_die_on_an_incline_at_the_exact_angle_of_friction(friction):
     assert ledger(motion) < 1e-15
 
 
+def dominoes(count):
+    """A row of stones, of which the first one is pushed."""
+    pushed, size = {"wy": 3.0, "vx": 0.3}, (0.02, 0.1, 0.2)
+    places = [{"x": 0.1 * k, "z": 0.1} | (pushed if k == 0 else {"wy": 0.0, "vx": 0.0}) for k in range(count)]
+    return scene("dominoes", [brick(f"d{k}", place, size) for k, place in enumerate(places)])
+
+
 @pytest.mark.slow
 def test_dominoes_fall_in_turn_by_events():
-    size = (0.02, 0.1, 0.2)
-    solids = [brick(f"d{k}", {"x": 0.1 * k, "z": 0.1, "wy": 3.0 if k == 0 else 0.0, "vx": 0.3 if k == 0 else 0.0}, size)
-              for k in range(4)]  # fmt: skip
-    s, start = scene("dominoes", solids)
+    s, start = dominoes(4)
     motion = fb.simulate(s, 0.8, initial=start)
     first = [float(motion.t[(np.abs(motion[f"j_d{k}_e2"]) > 0.2).argmax()]) for k in range(4)]
     assert (np.diff(first) > 0).all() and ledger(motion) < 1e-7
@@ -303,10 +307,7 @@ def test_dominoes_fall_in_turn_by_events():
 
 def test_dominoes_keep_their_symmetry_by_events():
     """Several impulses solve the problem of a row that falls; those that treat both sides alike are found."""
-    size = (0.02, 0.1, 0.2)
-    solids = [brick(f"d{k}", {"x": 0.1 * k, "z": 0.1, "wy": 3.0 if k == 0 else 0.0, "vx": 0.3 if k == 0 else 0.0}, size)
-              for k in range(5)]  # fmt: skip
-    s, start = scene("dominoes", solids)
+    s, start = dominoes(5)
     motion = fb.simulate(s, 0.5, initial=start)
     assert ledger(motion) < 1e-9 and len(motion.events) < 100
     assert max(np.abs(motion[f"j_d{k}_{x}"]).max() for k in range(5) for x in ("y", "wx", "wz")) < 1e-9

@@ -269,15 +269,15 @@ def are_at_rest(it: EventRun, contacts: Contacts) -> int:
     """
     if it.refuse != 0 or slow_slips(it) > 0 or approaches(it) != 0:
         return 0
-    return 1 if modes_of_step(it, contacts) > 1 and begin_at_limits(it, contacts) != 0 else 0
+    return 1 if modes_of_step(it, contacts) > 0 and begin_at_limits(it, contacts) != 0 else 0
 
 
 @compiled
 def modes_of_step(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the step that has been passed; return the number of tangents of contacts at rest, -1 if a slip
-    begins in it.
+    """Set the modes of the step that has been passed; return 1 if contacts are at rest by forces that may be open, 0 if
+    none is, and -1 if a slip begins in it.
 
-    A slip that begins has no direction yet.
+    A slip that begins has no direction yet. A contact that rests alone in a plane has a force that events follow.
     """
     least, found = event_run.SMALL * largest(contacts.forces, contacts.rows), 0
     none = ACCEPTED * largest(contacts.given, contacts.rows)
@@ -299,9 +299,9 @@ def modes_of_step(it: EventRun, contacts: Contacts) -> int:
                     return -1
                 elif n == 1:
                     it.mode[k] = laws.SLIDE_BACK if it.rate[it.first[k] + 1] < 0.0 else laws.SLIDE_ON
-            if rests:  # a contact alone in a plane has a force that events follow
+            if rests:
                 found += 1 if n == 1 and it.held[k] == 0 else 2
-    return found
+    return 1 if found > 1 else 0
 
 
 @compiled
