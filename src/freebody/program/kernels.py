@@ -121,7 +121,8 @@ def _compile(
     key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """Compile functions to what the cache stores: a header and the object code."""
-    program = lower(tape, functions, time, state, parameters)
+    alone = functions if form is not None else {*batch, *series}
+    program = lower(tape, functions, time, state, parameters, alone)
     header, module = _module(program, functions, state, parameters, codegen.THIS, batch, series, form)
     module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
     return header, codegen.object_code(module.text())
@@ -140,13 +141,14 @@ def _module(
     """Return the header and the module of a program for a target."""
     series = series or {}
     module = Module(named(target).triple, codegen.layout(target), codegen.fused(target))
-    hoisted = len(program.hoisted)
+    hoisted = len(program.given)
     prologue = program.bodies[PROLOGUE]
     module.add(program, prologue, "prologue")
     if batch:
         module.add(program, prologue, "prologue", lanes=8)
         module.add_batch("prologue", len(parameters), 0, hoisted)
     rooms: dict[str, int] = {}
+    symbols = {name: f"f{k}" for k, name in enumerate(functions)}
     for k, (name, outputs) in enumerate(functions.items()):
         if form is not None:
             module.add_formed(program, program.bodies[name], f"f{k}", form, k)
@@ -156,6 +158,9 @@ def _module(
                 rooms[name] = jet_of_lanes(module, program, name, f"f{k}.lanes")
             else:
                 jet(module, program, name, f"f{k}", series[name])
+            continue
+        if name in program.kinds:
+            module.add_shared(program, program.kinds[name], name, symbols)
             continue
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:
@@ -199,7 +204,8 @@ def _key(
     digest = hashlib.sha256(f"{source} {codegen.version(target)} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):
         digest.update(array("i", values).tobytes())
-    digest.update(array("d", map(float, tape.constants)).tobytes())
+    digest.update(array("d", map(float, [*tape.constants, *tape.data.values()])).tobytes())
+    digest.update(" ".join(tape.data).encode())
     inputs = [
         -1 if time is None else time.index,
         *(x.index for x in state),

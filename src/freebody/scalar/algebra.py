@@ -37,6 +37,10 @@ class Field(ABC):
     def constant(self, value: int | Fraction | float | str) -> Scalar:
         """A number of this field; a string names an irrational one (``"pi"``, ``"E"``)."""
 
+    def datum(self, value: int | Fraction | float) -> Scalar:
+        """A number of a model as this field takes it: itself, where it is not data of a program."""
+        return value
+
     @abstractmethod
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` (sin, cos, tan, sqrt, exp, log, atan2, ...) of scalars of this field."""

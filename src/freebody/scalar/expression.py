@@ -71,9 +71,9 @@ def evaluate(
     """
     if not isinstance(expression, sympy.Basic):
         if isinstance(expression, (int, Fraction)):
-            return expression
+            return field.datum(expression)
         if isinstance(expression, float):
-            return exact(expression)
+            return field.datum(exact(expression))
         expression = sympy.sympify(expression)
     memo = {} if memo is None else memo
     get = lookup.__getitem__ if isinstance(lookup, (dict, Mapping)) else lookup

@@ -31,6 +31,10 @@ class SeriesField(Field):
         """A number of the base field."""
         return self.base.constant(value)
 
+    def datum(self, value: int | Fraction | float) -> Scalar:
+        """A number of a model as the base field takes it."""
+        return self.base.datum(value)
+
     def series(self, coefficients: Sequence[Scalar]) -> Series:
         """The series with these Taylor coefficients; missing coefficients are zero."""
         missing = self.order + 1 - len(coefficients)

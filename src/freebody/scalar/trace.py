@@ -52,7 +52,9 @@ class Tape(Field):
     True
     """
 
-    def __init__(self) -> None:
+    def __init__(self, numbers_are_data: bool = False) -> None:
+        self.numbers_are_data = numbers_are_data
+        self.data: dict[str, Scalar] = {}
         self.op: list[int] = []
         self.a: list[int] = []
         self.b: list[int] = []
@@ -79,6 +81,17 @@ class Tape(Field):
         if isinstance(value, str):
             return {"pi": math.pi, "E": math.e}[value]
         return value
+
+    def datum(self, value: int | Fraction | float) -> Scalar:
+        """A number of a model: itself, or an input with this value if numbers are data, except 0, 1 and -1.
+
+        Functions that differ only in such numbers are of one kind (`program.code.kinds`).
+        """
+        if not self.numbers_are_data or value in (0, 1, -1):
+            return value
+        name = f"datum {value}"
+        self.data[name] = value
+        return self.input(name)
 
     def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` of numbers (folded) or of scalars of this tape."""
@@ -163,7 +176,8 @@ class Tape(Field):
             if code == CONST:
                 table[i] = float(self.constants[p])
             elif code == INPUT:
-                table[i] = float(values[self.inputs[p]])
+                name = self.inputs[p]
+                table[i] = float(self.data[name] if name in self.data else values[name])
             else:
                 table[i] = _EVALUATE[code](table[p]) if q < 0 else _EVALUATE[code](table[p], table[q])
         return [table[x.index] if type(x) is Traced else float(x) for x in outputs]

@@ -111,7 +111,10 @@ def reaches_along(
     model: Model, state: State, contact: Contact, udot: Sequence[Scalar]
 ) -> list[tuple[Scalar, Scalar, Scalar]]:
     """Return value, rate and acceleration of each ``reach`` of an element, along the motion with ``udot``."""
-    reach = touch(model, state_moving(model, state, udot), contact).reach
+    key = "along accelerations", tuple(udot)
+    if key not in state.cache:
+        state.cache[key] = state_moving(model, state, udot)
+    reach = touch(model, state.cache[key], contact).reach
     return [(value_at_start(x), derivative_at_start(x), derivative_at_start(x, 2)) for x in reach]
 
 
@@ -162,7 +165,10 @@ class ContactRows:
     @cached_property
     def bias(self) -> tuple[Scalar, ...]:
         """b, the part of the rates' derivatives that is free of accelerations [m/s²]."""
-        moving = state_along(self._model, self._state, self._state.u, 1, 1)
+        cache, key = self._state.cache, "along its speeds"
+        if key not in cache:
+            cache[key] = state_along(self._model, self._state, self._state.u, 1, 1)
+        moving = cache[key]
         rates = _rates(self._model, moving, self._contacts)
         return tuple(map(derivative_at_start, rates))
 

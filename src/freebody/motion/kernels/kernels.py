@@ -151,22 +151,26 @@ class Kernels:
         rates: list[Scalar] = [*coordinate_rates(self.model, state), *moving.udot]
         return [*rates, total_power(self.model, state, moving)] if self.works else rates
 
-    def recorded(self) -> tuple[Tape, State, list[Scalar]]:
+    def recorded(self, numbers_are_data: bool = False) -> tuple[Tape, State, list[Scalar]]:
         """Return a new tape, the state on it, and the constants of a run: the parameters."""
-        tape = Tape()
+        tape = Tape(numbers_are_data)
         state = traced_state(self.model, tape)
         return tape, state, [state.values[parameter.symbol] for parameter in self.model.parameters]
 
     def program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
+        self,
+        key: Any,
+        functions: Callable[..., Mapping[str, Sequence[Scalar]]],
+        inputs: int = 0,
+        numbers_are_data: bool = False,
     ) -> Program:
         """Compile any functions of the state, named lists of outputs, once per key.
 
         If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
-        ``functions``.
+        ``functions``. With numbers as data, functions that differ only in numbers of the model share their code.
         """
         if key not in self.programs:
-            tape, state, parameters = self.recorded()
+            tape, state, parameters = self.recorded(numbers_are_data)
             extra_inputs = [tape.input(f"input {k}") for k in range(inputs)]
             outputs_by_name = {
                 name: list(outputs)

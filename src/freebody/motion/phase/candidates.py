@@ -225,7 +225,7 @@ class Candidates:
 
     def program(self) -> Program:
         """Functions ``machine``, ``pair 0``, ``pair 1``, ..., and ``contact 0``, ... of each of `groups`."""
-        return self.kernels.program("candidates", self.functions)
+        return self.kernels.program("candidates", self.functions, numbers_are_data=True)
 
     @cached_property
     def groups(self) -> Mapping[int, Sequence[int]]:

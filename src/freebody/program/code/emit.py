@@ -18,9 +18,10 @@ from dataclasses import dataclass
 from itertools import accumulate, groupby
 
 from ...native.records import WIDTH
-from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
+from ...scalar.trace import ADD, CODES, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB
 from .ir_text import FLAGS, ZEROS, literal, splat
-from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
+from .kinds import FIXED, HOISTED, TIME, Kind
+from .lower import COS, PROLOGUE, RECIPROCAL, SIN, Body, Group, Program
 
 PIECE = 800
 """Number of operations in one piece of a long function; up to three times as many are not cut."""
@@ -139,6 +140,26 @@ class Module:
         self.functions.append(writer.text())
         self.parts[writer.name] = writer.parts()
 
+    def add_shared(self, program: Program, kind: Kind, name: str, symbols: Mapping[str, str]) -> None:
+        """Add a function of a kind, and with the first of them the body that they share; ``symbols`` are by name."""
+        body, own = f"{symbols[kind.name]}.shared", symbols[name]
+        if body not in self.parts:
+            writer = _Writer(
+                self, program, program.bodies[kind.name], body, Form(shared=False), 0, PIECE, kind
+            )
+            self.functions.append(writer.text())
+            self.parts[body] = writer.parts()
+        places = kind.members[name][1]
+        table = ", ".join(f"i64 {k}" for k in places)
+        self.functions.append(
+            f"@{own}.table = internal constant [{len(places)} x i64] [{table}]\n"
+            f"define void @{own}(double %t, ptr noalias readonly %y, ptr noalias readonly %c, "
+            f"ptr noalias %out) nounwind {{\n"
+            f"  %own = getelementptr double, ptr %c, i64 {kind.starts[name]}\n"
+            f"  tail call void @{body}(double %t, ptr %y, ptr %c, ptr %out, ptr %own, ptr @{own}.table)\n"
+            "  ret void\n}\n"
+        )
+
     def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
         """Add a function that a loop calls, the ``k``-th of the form."""
         self.functions.append(_Writer(self, program, body, name, form, k, PIECE).text())
@@ -154,12 +175,22 @@ class _Writer:
     """Writer of one function."""
 
     def __init__(
-        self, module: Module, program: Program, body: Body, name: str, form: Form, k: int, piece: int
+        self,
+        module: Module,
+        program: Program,
+        body: Body,
+        name: str,
+        form: Form,
+        k: int,
+        piece: int,
+        kind: Kind | None = None,
     ) -> None:
         lanes = form.lanes
         self.module = module
         self.program = program
         self.body = body
+        self.kind = kind or Kind(body.name)
+        self.others = ["%own", "%table"] if kind else []  # arguments of a body that functions share
         self.name = name if lanes == 1 else f"{name}.lanes"
         self.lanes = lanes
         self.broadcast = form.shared and lanes > 1
@@ -234,6 +265,7 @@ class _Writer:
                 f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out",
                 *(f"ptr noalias readonly {x}" for x in [*self.read.values()][1:]),
                 *(f"ptr noalias {x}" for x in self.written[1:]),
+                *(f"ptr noalias readonly {x}" for x in self.others),
             ]
         )
         # values that do not fit in registers are spilled to whole cache lines
@@ -265,7 +297,8 @@ class _Writer:
             head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {attributes} noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
             passed = ", ".join(
-                f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
+                f"ptr {x}"
+                for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:], *self.others)
             )
             main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
@@ -281,7 +314,8 @@ class _Writer:
         """(first place, length) of long runs of outputs that are always zero."""
         program, result, start = self.program, [], 0
         for zero, run in groupby(
-            program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
+            program.kind[i] == FIXED and program.constants[program.a[i]] == 0 and i not in self.kind.numbers
+            for i in self.body.outputs
         ):
             length = len(list(run))
             if zero and length >= RUN and len(self.starts) == 1:
@@ -340,6 +374,18 @@ class _Writer:
         self.lines.append(f"  %l{self.count} = load {self.T}, ptr {pointer}, align {self.align}")
         return f"%l{self.count}"
 
+    def _load_at(self, slot: int) -> str:
+        """Load the component of the state whose place is in a slot of the table."""
+        pointer = self._pointer("%table", slot)
+        self.count += 1
+        k = self.count
+        self.lines += [
+            f"  %i{k} = load i64, ptr {pointer}, align 8",
+            f"  %p{k} = getelementptr double, ptr %y, i64 %i{k}",
+            f"  %l{k} = load double, ptr %p{k}, align 8",
+        ]
+        return f"%l{k}"
+
     def _broadcast(self, base: str, place: int) -> str:
         """Load one double into every lane."""
         T, lanes = self.T, self.lanes
@@ -360,7 +406,11 @@ class _Writer:
             return value
         program = self.program
         code = program.op[i]
-        if program.kind[i] == FIXED:
+        if i in self.kind.numbers:
+            value = self._load("%own", self.kind.numbers[i])
+        elif i in self.kind.places:
+            value = self._load_at(self.kind.places[i])
+        elif program.kind[i] == FIXED or (code == CONST and self.body.name == PROLOGUE):
             value = splat(literal(program.constants[program.a[i]]), self.lanes)
         elif program.kind[i] == HOISTED and self.body.name != PROLOGUE:
             value = (self._broadcast if self.broadcast else self._load)("%c", program.hoisted[i])

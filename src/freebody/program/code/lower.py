@@ -6,23 +6,23 @@
 - A division by a hoisted expression, or by one that several divisions share, becomes a product with its reciprocal.
 - Sine and cosine of an argument are computed together, and arguments that are ready at the same time are computed side
   by side in one vector (:class:`Group`).
+- Functions that do the same with other numbers and components of the state share a body (`kinds`).
 """
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...errors import ExpressionError
 from ...native.records import WIDTH
 from ...scalar.algebra import Scalar
 from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
+from .kinds import FIXED, HOISTED, TIME, VARYING, Kind, Nodes, kinds_of
 
 SIN, COS = CODES["sin"], CODES["cos"]
 RECIPROCAL = len(CODES)
-FIXED, HOISTED, VARYING = range(3)
-"""Kinds of a node: a number, a function of the parameters, a function of time or state."""
 PROLOGUE = ""
 """Name of the body that computes the hoisted constants."""
 
@@ -55,18 +55,22 @@ class Body:
 
 @dataclass
 class Program:
-    """Nodes as on a tape, each with its ``kind``. Inputs have their place in the vector that they are read from."""
+    """Nodes as on a tape, each with its ``kind``. Inputs have their place in the vector that they are read from.
+
+    ``constants``  numbers, by the operand of their nodes
+    ``hoisted``    node -> its place in c;  ``given``: node at each place of c
+    ``kinds``      of functions that share a body, by the name of each
+    """
 
     op: list[int] = field(default_factory=list)
     a: list[int] = field(default_factory=list)
     b: list[int] = field(default_factory=list)
     kind: list[int] = field(default_factory=list)
     constants: list[float] = field(default_factory=list)
-    hoisted: dict[int, int] = field(default_factory=dict)  # node -> place in c
+    hoisted: dict[int, int] = field(default_factory=dict)
+    given: list[int] = field(default_factory=list)
     bodies: dict[str, Body] = field(default_factory=dict)
-
-
-TIME = -1  # as the place of an input
+    kinds: dict[str, Kind] = field(default_factory=dict)
 
 
 def lower(
@@ -75,8 +79,12 @@ def lower(
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],
+    alone: Collection[str] = (),
 ) -> Program:
-    """Return the functions as a :class:`Program`, with the prologue as the body named :data:`PROLOGUE`."""
+    """Return the functions as a :class:`Program`, with the prologue as the body named :data:`PROLOGUE`.
+
+    Functions ``alone`` share no body with others.
+    """
     program = Program()
     add = _Adder(program)
     places: dict[int, tuple[int, int]] = {}
@@ -96,13 +104,7 @@ def lower(
         if code == CONST:
             new[i] = add.constant(float(tape.constants[a[i]]))
         elif code == INPUT:
-            if i not in places:
-                raise ExpressionError(
-                    f"Expected the inputs of the program among its time, state and parameters, got "
-                    f"'{tape.inputs[a[i]]}' in none of them. Add it to one of the three."
-                )
-            kind, place = places[i]
-            new[i] = add(INPUT, place, kind, kind)
+            new[i] = _input(add, tape, i, places)
         elif code == DIV:
             new[i] = _quotient(add, new[a[i]], new[b[i]], uses[a[i]] == 1, divisions[b[i]] > 1)
         elif code == MUL:
@@ -121,9 +123,34 @@ def lower(
     for name, outputs in functions.items():
         nodes = [new[x.index] if type(x) is Traced else add.constant(float(x)) for x in outputs]
         program.bodies[name] = _body(program, name, nodes, VARYING)
-        _collect_hoisted(program, program.bodies[name])
-    program.bodies[PROLOGUE] = _body(program, PROLOGUE, list(program.hoisted), HOISTED)
+    _share(program, alone)
+    _give_places(program)
+    program.bodies[PROLOGUE] = _body(program, PROLOGUE, program.given, HOISTED)
     return program
+
+
+def _input(add: _Adder, tape: Tape, i: int, places: Mapping[int, tuple[int, int]]) -> int:
+    """Return the node of an input, or of a number that is data."""
+    name = tape.inputs[tape.a[i]]
+    if name in tape.data:
+        return add.datum(float(tape.data[name]))
+    if i not in places:
+        raise ExpressionError(
+            "Expected the inputs of the program among its time, state and parameters, got "
+            f"'{name}' in none of them. Add it to one of the three."
+        )
+    kind, place = places[i]
+    return add(INPUT, place, kind, kind)
+
+
+def _share(program: Program, alone: Collection[str]) -> None:
+    """Find the functions that share a body."""
+    functions = {
+        name: (len(body.order), body.outputs) for name, body in program.bodies.items() if name not in alone
+    }
+    if len(functions) > 1:
+        nodes = Nodes(program.op, program.a, program.b, program.kind)
+        program.kinds = {name: kind for kind in kinds_of(nodes, functions) for name in kind.members}
 
 
 def _counted(
@@ -175,6 +202,14 @@ class _Adder:
             self.numbers[key] = self(CONST, len(self.program.constants) - 1, NONE, FIXED)
         return self.numbers[key]
 
+    def datum(self, value: float) -> int:
+        """Return the node of a number that is read like a parameter."""
+        key = f"datum {value.hex()}"
+        if key not in self.numbers:
+            self.program.constants.append(value)
+            self.numbers[key] = self(CONST, len(self.program.constants) - 1, NONE, HOISTED)
+        return self.numbers[key]
+
 
 def _quotient(add: _Adder, p: int, q: int, p_once: bool, shared: bool) -> int:
     """p / q, or a product with 1 / q if q is hoisted or several divisions share it."""
@@ -213,31 +248,40 @@ def _parts(program: Program, i: int, once: bool) -> tuple[int, int]:
     return i, NONE
 
 
-def _collect_hoisted(program: Program, body: Body) -> None:
-    """Give a place in c to every hoisted node that the body reads."""
+def _give_places(program: Program) -> None:
+    """Give a place in c to what each body reads, then to each function's own numbers of its kind."""
+    for name, body in program.bodies.items():
+        kind = program.kinds.get(name)
+        if kind is None or kind.name == name:
+            _collect_hoisted(program, body, kind.numbers if kind else ())
+    for name, kind in program.kinds.items():
+        kind.starts[name] = len(program.given)
+        program.given += kind.members[name][0]
+
+
+def _collect_hoisted(program: Program, body: Body, others: Collection[int] = ()) -> None:
+    """Give a place in c to every hoisted node that the body reads, except ``others``."""
     kind, hoisted = program.kind, program.hoisted
+    read: list[int] = []
     for i in body.order:
-        operands = (program.a[i], program.b[i]) if i >= 0 else body.groups[-1 - i].arguments
-        for p in operands:
-            if p >= 0 and kind[p] == HOISTED:
-                hoisted.setdefault(p, len(hoisted))
-    for p in body.outputs:
-        if kind[p] == HOISTED:
-            hoisted.setdefault(p, len(hoisted))
+        read += (program.a[i], program.b[i]) if i >= 0 else body.groups[-1 - i].arguments
+    for p in (*read, *body.outputs):
+        if p >= 0 and kind[p] == HOISTED and p not in hoisted and p not in others:
+            hoisted[p] = len(program.given)
+            program.given.append(p)
 
 
 def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
     """Nodes of this kind that the outputs need, with sines and cosines first and in groups."""
     op, a, b, kinds = program.op, program.a, program.b, program.kind
-    needed = bytearray(len(op))
-    for i in outputs:
-        needed[i] = 1
-    for i in range(len(op) - 1, -1, -1):
-        if needed[i] and kinds[i] == kind and op[i] > INPUT:
-            needed[a[i]] = 1
-            if b[i] >= 0:
-                needed[b[i]] = 1
-    nodes = [i for i in range(len(op)) if needed[i] and kinds[i] == kind and op[i] > INPUT]
+    needed: set[int] = set()
+    waiting = list(outputs)
+    while waiting:
+        i = waiting.pop()
+        if i >= 0 and i not in needed and kinds[i] == kind and op[i] > INPUT:
+            needed.add(i)
+            waiting += a[i], b[i]
+    nodes = sorted(needed)
 
     # level[i]: number of sines on the longest path to node i
     level: dict[int, int] = {}
@@ -255,7 +299,7 @@ def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
             level[i] = deepest
     groups: list[Group] = []
     order: list[int] = []
-    done = bytearray(len(op))
+    done: set[int] = set()
     place = 0
     for arguments in levels:
         _schedule(program, list(arguments), kind, done, order)
@@ -265,7 +309,7 @@ def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
             order.append(-1 - len(groups))
             groups.append(group)
     for i in nodes:
-        if not done[i] and op[i] != SIN and op[i] != COS:
+        if i not in done and op[i] != SIN and op[i] != COS:
             order.append(i)
     return Body(name, order, outputs, groups)
 
@@ -275,23 +319,28 @@ def _pack(arguments: list[int]) -> list[list[int]]:
     return [arguments[k : k + WIDTH] for k in range(0, len(arguments), WIDTH)]
 
 
-def _schedule(program: Program, nodes: list[int], kind: int, done: bytearray, order: list[int]) -> None:
+def _schedule(program: Program, nodes: list[int], kind: int, done: set[int], order: list[int]) -> None:
     """Append these nodes and the nodes that they need to the order, operands first."""
     op, a, b, kinds = program.op, program.a, program.b, program.kind
     stack = nodes[::-1]
     while stack:
         i = stack[-1]
-        if done[i] or kinds[i] != kind or op[i] <= INPUT or op[i] == SIN or op[i] == COS:
+        if i in done or kinds[i] != kind or op[i] <= INPUT or op[i] == SIN or op[i] == COS:
             stack.pop()
             continue
         waiting = [
             p
             for p in (a[i], b[i])
-            if p >= 0 and not done[p] and kinds[p] == kind and op[p] > INPUT and op[p] != SIN and op[p] != COS
+            if p >= 0
+            and p not in done
+            and kinds[p] == kind
+            and op[p] > INPUT
+            and op[p] != SIN
+            and op[p] != COS
         ]
         if waiting:
             stack.extend(waiting)
             continue
-        done[i] = 1
+        done.add(i)
         order.append(i)
         stack.pop()
