@@ -118,8 +118,11 @@ class SidedKernels(Kernels):
     def _large(self) -> None:
         return None  # sides are parameters of straight code
 
-    def recorded(self) -> tuple[Tape, State, list[Scalar]]:
-        """Return a tape on which the rates are recorded, the state, and the parameters with the sides behind them."""
+    def recorded(self, numbers_are_data: bool = False) -> tuple[Tape, State, list[Scalar]]:
+        """Return a tape on which the rates are recorded, the state, and the parameters with the sides behind them.
+
+        Numbers are no data: whether the sign of an expression switches is read from them.
+        """
         tape = SidedTape(True)
         state = traced_state(self.model, tape)
         for contact in switching_contacts(self.model):
