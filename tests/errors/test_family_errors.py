@@ -15,8 +15,8 @@ def row(n, radius=0.1):
 
 
 def test_many_pairs_need_time_steps():
-    s, start = row(36)
-    with pytest.raises(fb.errors.SimulationError, match='more than 600 points.*Take method="timestepping"'):
+    s, start = row(50)
+    with pytest.raises(fb.errors.SimulationError, match='more than 1200 points.*Take method="timestepping"'):
         fb.simulate(s, 1, initial=start)
 
 

@@ -330,9 +330,9 @@ def test_a_ball_falls_on_a_capsule_on_a_floor_by_events():
 
 
 def test_a_wall_does_not_move_by_events():
-    s, start = scene("wall", [brick(f"b{k}", {"z": 0.05 + 0.1 * k}) for k in range(10)])
+    s, start = scene("wall", [brick(f"b{k}", {"z": 0.05 + 0.1 * k}) for k in range(13)])
     with pytest.raises(
-        fb.errors.SimulationError, match="at more than 600 points, 16 of them for two boxes.*timestepping"
+        fb.errors.SimulationError, match="at more than 1200 points, 16 of them for two boxes.*timestepping"
     ):
         fb.simulate(s, 0.1, initial=start)
 

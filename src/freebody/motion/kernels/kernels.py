@@ -62,8 +62,8 @@ from .switches import value_of
 
 Array = NDArray[np.float64]
 
-UNROLLED = 600
-"""Limit of the contacts of families in a motion by events, whose code is 15 ms for each; two boxes have 16."""
+UNROLLED = 1200
+"""Limit of the contacts of families in a motion by events, each recorded in 8 ms; two boxes have 16."""
 
 
 class Kernels:
@@ -210,7 +210,7 @@ class Kernels:
                 names = " and ".join(repr(family.name) for family in self.model.families)
                 raise SimulationError(
                     f"The families of contacts {names} may touch at more than {UNROLLED} points, 16 of them for two "
-                    "boxes and 8 for a box and a plane, and a motion by events needs code for each. Take "
+                    "boxes and 8 for a box and a plane, and a motion by events records each. Take "
                     'method="timestepping" with step=, whose families may have any number.'
                 )
             self.cache["unrolled"] = Kernels(model)
