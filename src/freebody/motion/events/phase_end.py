@@ -165,7 +165,9 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
     elif law == laws.SIDE:
         why = event_run.ONTO_SIDE
     elif law == laws.LINE_CONE or law == laws.CONE or law == laws.YIELD:
-        why = event_run.CONE_REACHED
+        # N of a compliant contact falls to zero at its surface, and with it the limit of friction
+        surfaced = it.compliant[k] != 0 and it.gap[k] >= -it.near
+        why = event_run.NORMAL_ZERO if surfaced else event_run.CONE_REACHED
         it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0
         for j in range(it.tangents[k]):
