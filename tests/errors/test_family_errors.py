@@ -61,3 +61,13 @@ def test_displacements_that_are_not_linear():
     s.contacts("all", [a.sphere(0.1), b.sphere(0.1, at=(1, 0, 0))])
     with pytest.raises(fb.errors.SimulationError, match="displacement of joint 'rail' is not linear in q"):
         fb.simulate(s, 0.01, method="timestepping", step=0.01)
+
+
+def test_solids_that_begin_inside_each_other_are_named_as_a_pair():
+    s = fb.System("two")
+    bodies = [s.body(f"d{i}", fb.box(0.01, (0.02,) * 3)) for i in range(2)]
+    for i, body in enumerate(bodies):
+        s.free(f"f{i}", s.ground, body)
+    s.contacts("all", [body.box((0.02,) * 3) for body in bodies])
+    with pytest.raises(fb.errors.SimulationError, match=r"contact 'all\[d0,d1\]' 0.00080\d+ m deep"):
+        fb.simulate(s, 0.1, initial={"f1_z": 0.026, "f1_e0": 0.9, "f1_e1": 0.3, "f1_e2": 0.2})

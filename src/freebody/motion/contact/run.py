@@ -41,7 +41,11 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     refuse_misfits(work.model, work.values)
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
     rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0) & (np.array(work.scene.presser) < 0)
-    gaps = zip(compress(work.names, rigid), seen.gap[rigid], strict=False)
+    names = list(work.names)
+    for pair in work.model.patches:
+        for k in pair.places:
+            names[k] = pair.whole.name
+    gaps = zip(compress(names, rigid), seen.gap[rigid], strict=False)
     refuse_overlap(work.model.name, gaps, near, sides=sides_of(work.model.contacts))
 
 
