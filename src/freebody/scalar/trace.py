@@ -18,7 +18,7 @@ The file is long because every operation of a scalar is a rule of its tape.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -166,6 +166,20 @@ class Tape(Field):
                 if b[i] >= 0:
                     needed[b[i]] = 1
         return [i for i, flag in enumerate(needed) if flag]
+
+    def depends(self, x: Scalar, inputs: Container[int]) -> bool:
+        """True if a scalar of this tape needs one of the inputs with these indices."""
+        waiting = [x.index] if type(x) is Traced else []
+        seen = set(waiting)
+        while waiting:
+            i = waiting.pop()
+            if i in inputs:
+                return True
+            if self.op[i] > INPUT:
+                new = {self.a[i], self.b[i]} - seen - {NONE}
+                seen |= new
+                waiting += new
+        return False
 
     def evaluate(self, outputs: Iterable[Scalar], values: Mapping[str, float]) -> list[float]:
         """Values of the outputs in Python floats, from the inputs by name: the slow reference of the compiler."""

@@ -188,3 +188,21 @@ def test_size_stays_linear(tape):
     for _ in range(1000):
         y = y * y + x
     assert len(tape) == 2001
+
+
+def test_what_a_scalar_depends_on():
+    tape = Tape()
+    x, y, m = map(tape.input, "xym")
+    assert tape.depends(tape.sin(x * m) - 2, {x.index, y.index})
+    assert not tape.depends(2 * m - 1, {x.index, y.index})
+    assert not tape.depends(3, {x.index})
+    assert tape.depends(-y, {y.index})
+
+
+def test_numbers_of_a_model_are_data_where_a_tape_says_so():
+    plain, tape = Tape(), Tape(numbers_are_data=True)
+    assert plain.datum(0.5) == 0.5
+    assert [tape.datum(x) for x in (0, 1, -1)] == [0, 1, -1]
+    half = tape.datum(0.5)
+    assert tape.datum(0.5) is half
+    assert tape.evaluate([half * tape.input("x")], {"x": 3.0}) == [1.5]

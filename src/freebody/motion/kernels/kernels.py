@@ -63,7 +63,7 @@ from .switches import value_of
 Array = NDArray[np.float64]
 
 UNROLLED = 1200
-"""Limit of the contacts of families in a motion by events, each recorded in 8 ms; two boxes have 16."""
+"""Limit of the contacts of families in a motion by events, each recorded in 6 ms; two boxes have 16."""
 
 
 class Kernels:

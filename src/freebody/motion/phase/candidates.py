@@ -191,6 +191,9 @@ class Candidates:
                 gaps[k] = len(pairs) - 1, len(pairs[-1])
                 pairs[-1] += [it.gap, *it.reach]
         outputs: list[list[Any]] = []
+        tape = state.field
+        assert isinstance(tape, Tape)
+        moving = {x.index for x in (state.t, *state.q)}
         for k, contact in enumerate(model.contacts):
             it, given = touch(model, state, contact), rows_of(model, state, (contact,))
             ratio = state(contact.stretch)
@@ -204,8 +207,10 @@ class Candidates:
                 columns += [place[i] for i, _ in W]
                 values += [x for _, x in W]
             contacts.append(ContactPattern(*gaps[k], len(it.reach), laws, at_rates, at_biases, len(values)))
-            if it.reach:
+            if any(tape.depends(x, moving) for x in it.reach):
                 values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
+            else:  # whether the feature of a patch is used
+                values += [0] * len(it.reach)
             outputs.append(values)
         self.kernels.cache[Pattern] = Pattern(
             tuple(M.order),
