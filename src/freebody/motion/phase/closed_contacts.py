@@ -137,11 +137,11 @@ def gamma_of(phase: PhaseData, i: int) -> float:
 @compiled
 def shared(phase: PhaseData) -> int:
     """Set λ of all conditions to forces of equal compliance with ``right``; return 0 if they do not exist, else 1."""
-    n, lam, weight, S, Q = phase.n, phase.lam, phase.weight, phase.S, phase.Q
+    n, S, Q = phase.n, phase.S, phase.Q
     for j in range(phase.conditions):
-        weight[j] = 1.0
-        for a in range(phase.active):
-            G = phase.G[phase.independent[a]]
+        phase.weight[j], first = 1.0, phase.active_at[phase.island[j]]
+        for a in range(phase.active_at[phase.island[j] + 1] - first):
+            G = phase.G[phase.independent[first + a]]
             Q[j, a] = inner(G, phase.G[j], n)
             S[j, a] = Q[j, a]
             if phase.force_row[j] != j:
@@ -149,36 +149,48 @@ def shared(phase: PhaseData) -> int:
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
-        if pulls(phase) != 0:
-            return 1
-        mean = mean_normal(phase, lam, 1.0)
-        for j in range(phase.conditions):
-            k = phase.source[j]
-            if phase.normal_of[j] >= 0:
-                weight[j] = lam[phase.normal_of[j]]
-            elif k >= 0 and phase.held[k] != 0:
-                weight[j] = force_of(phase, k)[0]
-            else:
-                weight[j] = mean
-        weighted(phase)  # contacts without load have no friction to share: the first shares remain
+        again = 0
+        for s in range(phase.islands):
+            if pulls(phase, s) == 0:
+                weigh(phase, s)
+                again = 1
+        if again != 0:
+            weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
 
 
 @compiled
-def pulls(phase: PhaseData) -> int:
-    """Return 1 if the normal force of a contact pulls, so that it is no weight, else 0."""
+def weigh(phase: PhaseData, island: int) -> None:
+    """Set W of an island to the first shares of its normal forces."""
+    mean = mean_normal(phase, island, phase.lam, 1.0)
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        j = phase.members[m]
+        k = phase.source[j]
+        if phase.normal_of[j] >= 0:
+            phase.weight[j] = phase.lam[phase.normal_of[j]]
+        elif k >= 0 and phase.held[k] != 0:
+            phase.weight[j] = force_of(phase, k)[0]
+        else:
+            phase.weight[j] = mean
+
+
+@compiled
+def pulls(phase: PhaseData, island: int) -> int:
+    """Return 1 if the normal force of a contact of an island pulls, so that it is no weight, else 0."""
     least, most = 0.0, 0.0
-    for i in range(phase.conditions):
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        i = phase.members[m]
         if phase.source[i] >= 0 and phase.row_of[i] == 0:
             least, most = lesser(least, phase.lam[i]), greater(most, abs(phase.lam[i]))
     return 1 if least < -PULL * most else 0
 
 
 @compiled
-def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
-    """Return the mean of the ``forces`` of conditions that are normals of contacts, or ``none`` if there are none."""
+def mean_normal(phase: PhaseData, island: int, forces: Reals, none: float) -> float:
+    """Return the mean of the ``forces`` on normals of contacts of an island, or ``none`` if there are none."""
     total, count = 0.0, 0
-    for i in range(phase.conditions):
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        i = phase.members[m]
         if phase.source[i] >= 0 and phase.row_of[i] == 0:
             total += forces[i]
             count += 1
@@ -187,14 +199,31 @@ def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
 
 @compiled
 def weighted(phase: PhaseData) -> int:
-    """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``; return 0 and leave λ if S W Qᵀ is singular, else 1."""
-    count, active, square, given = phase.conditions, phase.active, phase.square, phase.given_square
-    nu, lam, weight, S, Q = phase.nu, phase.lam, phase.weight, phase.S, phase.Q
+    """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``, island by island.
+
+    Return 0 if S W Qᵀ of one is singular, whose λ stay, else 1.
+    """
+    good = 1
+    for s in range(phase.islands):
+        if weighted_in(phase, s) == 0:
+            good = 0
+    return good
+
+
+@compiled
+def weighted_in(phase: PhaseData, island: int) -> int:
+    """Set λ of an island as `weighted` does."""
+    square, given, nu, lam, weight, S, Q = (
+        phase.square, phase.given_square, phase.nu, phase.lam, phase.weight, phase.S, phase.Q,
+    )  # fmt: skip
+    first, begin, end = phase.active_at[island], phase.member_at[island], phase.member_at[island + 1]
+    active = phase.active_at[island + 1] - first
     for a in range(active):
         row = given[a]
         for b in components(active):
             row[b] = 0.0
-    for j in range(count):
+    for m in range(begin, end):
+        j = phase.members[m]
         of_j = Q[j]
         for a in range(active):
             x, row = S[j, a] * weight[j], given[a]
@@ -203,18 +232,19 @@ def weighted(phase: PhaseData) -> int:
     # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
     for refined in range(2):
         for a in range(active):
-            left, row, copy = phase.right[phase.independent[a]], given[a], square[a]
+            left, row, copy = phase.right[phase.independent[first + a]], given[a], square[a]
             if refined != 0:
-                for j in range(count):
-                    left -= S[j, a] * lam[j]
+                for m in range(begin, end):
+                    left -= S[phase.members[m], a] * lam[phase.members[m]]
             for b in components(active):
                 copy[b] = row[b]
             copy[active] = left
         if eliminated(phase, active) == 0:
             return 0
-        for j in range(count):
-            first = lam[j] if refined != 0 else 0.0
-            lam[j] = first + weight[j] * inner(nu, Q[j], active)
+        for m in range(begin, end):
+            j = phase.members[m]
+            before = lam[j] if refined != 0 else 0.0
+            lam[j] = before + weight[j] * inner(nu, Q[j], active)
     return 1
 
 
@@ -222,12 +252,25 @@ def weighted(phase: PhaseData) -> int:
 def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> int:
     """Set λ of the ``chosen`` conditions for ``right``, of the others 0; return 0 if they are not independent, else 1.
 
-    If ``sliding`` is 0, K = G.
+    They stand island by island. If ``sliding`` is 0, K = G.
     """
-    n, lam, square, nu = phase.n, phase.lam, phase.square, phase.nu
     if size < phase.conditions:
         for i in range(phase.conditions):
-            lam[i] = 0.0
+            phase.lam[i] = 0.0
+    first, good = 0, 1
+    while first < size and good != 0:
+        count = 1
+        while first + count < size and phase.island[chosen[first + count]] == phase.island[chosen[first]]:
+            count += 1
+        good = solved_in(phase, chosen[first:], count, sliding)
+        first += count
+    return good
+
+
+@compiled
+def solved_in(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> int:
+    """Set λ of conditions of one island as `independent` does."""
+    n, lam, square, nu = phase.n, phase.lam, phase.square, phase.nu
     for a in range(size):
         G = phase.G[chosen[a]]
         if sliding != 0:
@@ -378,6 +421,16 @@ def condition_force(phase: PhaseData, i: int) -> float:
 
 
 @compiled
+def product_of_shares(phase: PhaseData, a: int, forces: Reals) -> float:
+    """Return S of an independent condition times forces of all conditions."""
+    s, total = phase.island[phase.independent[a]], 0.0
+    for m in range(phase.member_at[s], phase.member_at[s + 1]):
+        i = phase.members[m]
+        total += phase.S[i, a - phase.active_at[s]] * forces[i]
+    return total
+
+
+@compiled
 def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals) -> int:
     """Set ``firsts`` to the forces that W = 1 shares, of the λ ``forces`` of a phase, and ``weights`` to its W.
 
@@ -390,10 +443,7 @@ def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals)
             good = 0
         phase.weight[i] = 1.0
     for a in range(phase.active):
-        total = 0.0
-        for i in range(phase.conditions):
-            total += phase.S[i, a] * forces[i]
-        phase.right[phase.independent[a]] = total
+        phase.right[phase.independent[a]] = product_of_shares(phase, a, forces)
     weighted(phase)
     for i in range(phase.conditions):
         firsts[i] = phase.lam[i]

@@ -31,7 +31,7 @@ from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..phase.candidates import layout_of, stretched
+from ..phase.candidates import coupled_speeds, layout_of, stretched
 
 Whole = Any  # array of int64
 
@@ -72,22 +72,7 @@ def _shape(
     reaches: Sequence[int], turning: bool,
 ) -> Shape:  # fmt: skip
     """Return the shape for the speeds of which M or G couple some, and those that each row of W and G has."""
-    n = model.n_u
-    root = list(range(n))
-
-    def find(i: int) -> int:
-        while root[i] != i:
-            i = root[i]
-        return i
-
-    for group in coupled:
-        for a, b in zip(group, group[1:], strict=False):
-            i, j = sorted((find(a), find(b)))
-            root[j] = i
-    members: dict[int, list[int]] = {}
-    for i in range(n):
-        members.setdefault(find(i), []).append(i)
-    groups = list(members.values())
+    groups = coupled_speeds(model.n_u, coupled)
     block_of = {i: k for k, group in enumerate(groups) for i in group}
     first, tangents, m = layout_of(model)
     over = [sorted({block_of[j] for j in speeds}) for speeds in moved]
