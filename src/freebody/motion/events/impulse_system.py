@@ -8,7 +8,7 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import copy, product_of, row_of, slip_speed
+from .moment import copy, product_of, response, row_of, slip_speed
 
 
 @compiled
@@ -33,10 +33,10 @@ def add_ray(it: EventRun, a: int, k: int) -> None:
 def ray_product(it: EventRun, a: int, b: int) -> float:
     """Return the change of the rate of row a of the list per unit of unknown b."""
     r, s = it.list[a], it.list[b]
-    total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
+    total = response(it, r, s)
     for j in range(event_run.RAY):
         if it.ray[b, j] != 0.0:
-            total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
+            total += it.ray[b, j] * response(it, r, s + 1 + j)
     return total
 
 
@@ -50,7 +50,7 @@ def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
     A, S, order = contacts.A, contacts.chosen, contacts.order
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            A[a * count + b] = response(it, it.list[a], it.list[b])
             S[a * count + b] = ray_product(it, a, b)
     kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
     for a in range(count):

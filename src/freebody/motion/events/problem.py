@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...native.instructions import compiled
 from ..cones.contacts import Contacts
 from .event_run import NOISE, EventRun
-from .moment import largest, product_of, row_of, slip_speed
+from .moment import largest, response, row_of, slip_speed
 
 
 @compiled
@@ -42,7 +42,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
         r = it.list[a]
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
         for b in range(m):
-            contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+            contacts.A[a * m + b] = response(it, r, it.list[b])
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
@@ -65,7 +65,7 @@ def is_unloaded(it: EventRun, k: int) -> int:
     for i in range(it.n):
         size += abs(W[i])
     noise = NOISE * size * largest(it.free, it.n)
-    bound = it.coefficients[4 * k + 1] * it.given[k] * product_of(W, row_of(it, it.X, r), it.n)
+    bound = it.coefficients[4 * k + 1] * it.given[k] * response(it, r, r)
     return 1 if abs(it.c[r]) <= noise and bound <= noise else 0
 
 

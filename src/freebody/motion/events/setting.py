@@ -12,7 +12,7 @@ from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
 from .impulse_system import add_row, impelled
-from .moment import copy, largest, look, product_of, row_of, slip_speed
+from .moment import copy, largest, look, response, row_of, slip_speed
 
 
 @compiled
@@ -77,7 +77,7 @@ def find_active(it: EventRun, contacts: Contacts) -> None:
     count, A = listed(it), contacts.A
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            A[a * count + b] = response(it, it.list[a], it.list[b])
     factor(A, count, contacts.factors, laws.DEPENDENT, contacts.left, contacts.order)
     it.actives = 0
     for a in range(count):
@@ -119,7 +119,7 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
     """Return 1 if a row depends on the rows of the list, else 0."""
     X = row_of(it, it.X, r)
     for a in range(count):
-        it.goal[a] = product_of(row_of(it, it.W, it.list[a]), X, it.n)
+        it.goal[a] = response(it, it.list[a], r)
     impelled(it, contacts, count)
     rest, size = 0.0, 0.0
     for i in range(it.n):
@@ -226,7 +226,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     leaves no gap of a closed contact negative, g + W dq >= 0, dq = M⁻¹ Wᵀ x, x >= 0: an impact without friction whose
     speeds are gaps. Equations for all gaps would turn bodies by the gap over the distance of two contacts.
     """
-    low, below, count, n = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
+    low, below, count = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
     for k in range(it.contacts):
         if it.closed[k] != 0:
             below += 1 if it.gap[k] < -low and it.rate[it.first[k]] > it.still else 0
@@ -239,9 +239,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
         contacts.friction[a] = contacts.static[a] = contacts.least[a] = 0.0
         contacts.slides[a], contacts.held[a], contacts.presser[a] = 0, 0, -1
         for b in range(count):
-            contacts.A[a * count + b] = product_of(
-                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
-            )
+            contacts.A[a * count + b] = response(it, it.list[a], it.list[b])
     run_by(it.finding, contacts)
     displace(it, contacts.forces, count)
 

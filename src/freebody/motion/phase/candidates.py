@@ -126,6 +126,17 @@ def coupled_speeds(n: int, coupled: Sequence[Sequence[int]]) -> list[list[int]]:
     return list(members.values())
 
 
+def speeds_inward(model: Model) -> list[list[int]]:
+    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
+    result: list[list[int]] = []
+    for link in model.links:
+        own = [j for j, _ in link.partials]
+        if link.u >= 0:
+            own = list(range(link.u, link.u + (link.n_speeds)))
+        result.append(own + (result[link.parent] if link.parent >= 0 else []))
+    return result
+
+
 def speed_blocks(
     n: int, coupled: Sequence[Sequence[int]], contacts: Sequence[Sequence[int]], own: Sequence[Sequence[int]]
 ) -> SpeedBlocks:
@@ -276,7 +287,7 @@ class Candidates:
             tuple(map(len, pairs)),
             speed_blocks(
                 model.n_u,
-                [[M.order[i] for i in (k, *column)] for k, column in enumerate(below)],
+                [*speeds_inward(model), *([M.order[i] for i in (k, *column)] for k, column in enumerate(below))],
                 self.speeds_of_groups([[M.order[i] for i in columns[a : a + n]] for a, n, _ in of_rows]),
                 held,
             ),

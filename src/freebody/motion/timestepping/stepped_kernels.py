@@ -31,7 +31,7 @@ from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..phase.candidates import coupled_speeds, layout_of, stretched
+from ..phase.candidates import coupled_speeds, layout_of, speeds_inward, stretched
 
 Whole = Any  # array of int64
 
@@ -104,17 +104,6 @@ def _shape(
         np.array([k for k, count in enumerate(reaches) for _ in range(count)], dtype=np.int64),
         turning,
     )
-
-
-def speeds_inward(model: Model) -> list[list[int]]:
-    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
-    result: list[list[int]] = []
-    for link in model.links:
-        own = [j for j, _ in link.partials]
-        if link.u >= 0:
-            own = list(range(link.u, link.u + (link.n_speeds)))
-        result.append(own + (result[link.parent] if link.parent >= 0 else []))
-    return result
 
 
 def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
