@@ -151,6 +151,9 @@ class EventRun(Record):
     ``poisson``                   1 for Poisson's law
     ``blocks``, ``starts``, ``beside``    blocks of speeds: their number, the first speed of each, and those of each
                                   contact (`candidates.SpeedBlocks`);  ``owner``: contact of each row
+    ``parent``, ``island``        island of each block, and of each contact (`problem`);  ``holds``: number of conditions
+                                  of each;  ``condition``: the first condition of each contact
+    ``members``, ``all``, ``all_count``    the contacts of a problem island by island, and in their own order
     ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
@@ -240,6 +243,13 @@ class EventRun(Record):
     blocks: Whole
     starts: Annotated[Wholes, "after_speeds"]
     beside: Annotated[Wholes, "of_contacts_twice"]
+    parent: Annotated[Wholes, "after_speeds"]
+    holds: Annotated[Wholes, "after_speeds"]
+    island: Annotated[Wholes, "contacts"]
+    condition: Annotated[Wholes, "contacts"]
+    members: Annotated[Wholes, "contacts"]
+    all: Annotated[Wholes, "contacts"]
+    all_count: Whole
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]
