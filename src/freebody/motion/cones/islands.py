@@ -148,7 +148,11 @@ def connect_without_rebounds(problem: ContactProblem, islands: Islands) -> None:
 def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
     """Return the first block of the island of a row; -1 if the row moves nothing."""
     blocks, r = problem.blocks, problem.rows[a]
-    return -1 if blocks.first[r + 1] == blocks.first[r] else root_of(islands.parent, blocks.pieces[blocks.first[r]])
+    return (
+        -1
+        if blocks.first[r + 1] == blocks.first[r]
+        else root_of(islands.parent, blocks.pieces[blocks.first[r]])
+    )
 
 
 @compiled

@@ -144,7 +144,7 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
         it.force[r] = 0.0
     split(it)
     first, it.ties = 0, 0
-    while first < it.all_count:
+    while first < it.concerned_count:
         first = take_island(it, first)
         why = island_modes(it, contacts)
         if why != 0:
@@ -182,7 +182,7 @@ def island_modes(it: EventRun, contacts: Contacts) -> int:
         again = released(it, contacts)
     it.worst = greater(it.worst, contacts.residual)
     name(it, contacts)
-    shares = it.count == it.all_count or has_spare(it, contacts) != 0
+    shares = it.count == it.concerned_count or has_spare(it, contacts) != 0
     if it.ready != 0 and shares and share(it, contacts) != 0:
         name(it, contacts)
     return 0

@@ -151,9 +151,9 @@ class EventRun(Record):
     ``poisson``                   1 for Poisson's law
     ``blocks``, ``starts``, ``beside``    blocks of speeds: their number, the first speed of each, and those of each
                                   contact (`candidates.SpeedBlocks`);  ``owner``: contact of each row
-    ``parent``, ``island``        island of each block, and of each contact (`problem`);  ``holds``: number of conditions
-                                  of each;  ``condition``: the first condition of each contact
-    ``members``, ``all``, ``all_count``    the contacts of a problem island by island, and in their own order
+    ``parent``, ``island``        island of each block, and of each contact (`problem`)
+    ``holds``, ``condition``      number of conditions of each island, and the first condition of each contact
+    ``concerned``, ``members``    contacts of all islands of a problem, in their own order and island by island
     ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
@@ -248,8 +248,8 @@ class EventRun(Record):
     island: Annotated[Wholes, "contacts"]
     condition: Annotated[Wholes, "contacts"]
     members: Annotated[Wholes, "contacts"]
-    all: Annotated[Wholes, "contacts"]
-    all_count: Whole
+    concerned: Annotated[Wholes, "contacts"]
+    concerned_count: Whole
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]

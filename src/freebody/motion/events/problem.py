@@ -36,8 +36,8 @@ def name_island(it: EventRun, k: int) -> None:
 def split(it: EventRun) -> None:
     """Find the islands of the chosen contacts, which `take_island` chooses in turn."""
     apart(it)
-    it.all_count = it.count
-    copy_wholes(it.chosen, it.all, it.count)
+    it.concerned_count = it.count
+    copy_wholes(it.chosen, it.concerned, it.count)
     for i in range(it.count):
         couple(it, it.chosen[i])
     for i in range(it.count):
@@ -53,7 +53,7 @@ def split(it: EventRun) -> None:
 def take_island(it: EventRun, first: int) -> int:
     """Choose the contacts of the island that begins at this place of the members; return the place after them."""
     last, island = first, it.island[it.members[first]]
-    while last < it.all_count and it.island[it.members[last]] == island:
+    while last < it.concerned_count and it.island[it.members[last]] == island:
         it.chosen[last - first] = it.members[last]
         last += 1
     it.count = last - first
@@ -63,8 +63,8 @@ def take_island(it: EventRun, first: int) -> int:
 @compiled
 def take_all(it: EventRun) -> None:
     """Choose the contacts of all islands again."""
-    copy_wholes(it.all, it.chosen, it.all_count)
-    it.count = it.all_count
+    copy_wholes(it.concerned, it.chosen, it.concerned_count)
+    it.count = it.concerned_count
 
 
 @compiled

@@ -160,7 +160,10 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         return
     for k in range(it.contacts):
         if it.dead[k] != 0:
-            r, count = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1, listed_in(it, it.island[k])
+            r, count = (
+                it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1,
+                listed_in(it, it.island[k]),
+            )
             if count == 0 or depends(it, contacts, r, count) == 0 or parts(it, r, count) != 0:
                 it.dead[k] = 0
 

@@ -18,9 +18,8 @@ step if it is struck by a blow, or if a contact lands faster than the forces of 
 from __future__ import annotations
 
 from ...native.instructions import call, compiled, greater, lesser, root
-from ..cones.block_rows import along
+from ..cones.block_rows import along, root_of
 from ..cones.contact_problem import FIRST, NORMAL
-from ..cones.block_rows import root_of
 from ..cones.islands import Islands, connect_without_rebounds, island_of
 from .pairs import family_of, slip
 from .stepping_record import NO_FRICTION, NONE, OPENS, SLIPS, STICK, Run

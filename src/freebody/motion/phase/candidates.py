@@ -287,7 +287,10 @@ class Candidates:
             tuple(map(len, pairs)),
             speed_blocks(
                 model.n_u,
-                [*speeds_inward(model), *([M.order[i] for i in (k, *column)] for k, column in enumerate(below))],
+                [
+                    *speeds_inward(model),
+                    *([M.order[i] for i in (k, *column)] for k, column in enumerate(below)),
+                ],
                 self.speeds_of_groups([[M.order[i] for i in columns[a : a + n]] for a, n, _ in of_rows]),
                 held,
             ),
@@ -315,7 +318,10 @@ class Candidates:
         result: list[list[int]] = [[] for _ in self.first]
         for group in self.groups.values():
             found = {
-                j for k in group for r in range(self.first[k], self.first[k] + 1 + self.tangents[k]) for j in speeds[r]
+                j
+                for k in group
+                for r in range(self.first[k], self.first[k] + 1 + self.tangents[k])
+                for j in speeds[r]
             }
             for k in group:
                 result[k] = sorted(found)

@@ -66,7 +66,7 @@ def strike(it: EventRun, contacts: Contacts) -> int:
         return status
     split(it)
     first, part, residual = 0, 1.0, 0.0
-    while first < it.all_count:
+    while first < it.concerned_count:
         first = take_island(it, first)
         if is_hit(it) != 0:
             gather(it, contacts, 1, 1.0)
