@@ -11,7 +11,7 @@ from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
-from .impulse_system import add_row, impelled
+from .impulse_system import add_row, impelled_in
 from .moment import copy, largest, look, response, row_of, slip_speed
 from .problem import apart, couple, name_island
 
@@ -19,7 +19,7 @@ from .problem import apart, couple, name_island
 @compiled
 def set_up(it: EventRun, contacts: Contacts) -> None:
     """Write the equations of the modes: independent conditions, endings, and how the modes are shown."""
-    phase = PhaseData(it.phase)
+    phase, size = PhaseData(it.phase), 1.0 + largest(it.y, it.n_q)
     find_dead(it, contacts)
     find_active(it, contacts)
     set_modes(phase, it.mode, it.dead, it.active, it.actives)
@@ -27,7 +27,7 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         phase.force[r] = 0.0
     for k in range(it.contacts):
         mode = it.mode[k]
-        phase.band[k] = band_of(it, k)
+        phase.band[k] = band_of(it, k, size)
         for j in range(2):
             phase.direction[k, j] = it.way[k, j]
         # beside a dead centre a slip begins whose rate is still zero
@@ -40,14 +40,16 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
-def band_of(it: EventRun, k: int) -> float:
+def band_of(it: EventRun, k: int, size: float) -> float:
     """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
+
+    ``size`` is 1 m or the greatest coordinate.
 
     An open gap that leaves zero changes sign by its round-off, before it is open. The flight is one so low that
     bounces are summed there (`bounces`), and does not notice that it lands lower by it. A contact that is deep and not
     closed is behind its sides, and closes at 0 once it has come around them.
     """
-    size, gap, v = 1.0 + largest(it.y, it.n_q), it.gap[k], it.rate[it.first[k]]
+    gap, v = it.gap[k], it.rate[it.first[k]]
     low = LOW * size
     if gap < -it.near and (it.compliant[k] != 0 or it.closed[k] == 0):
         return 0.0
@@ -174,7 +176,7 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
     X = row_of(it, it.X, r)
     for a in range(count):
         it.goal[a] = response(it, it.list[a], r)
-    impelled(it, contacts, count)
+    impelled_in(it, contacts, 0, count)
     rest, size = 0.0, 0.0
     for i in range(it.n):
         x = X[i]
@@ -267,9 +269,9 @@ def leaves_rest(it: EventRun, k: int) -> int:
 @compiled
 def set_bands(it: EventRun) -> None:
     """Write the gaps at which contacts close."""
-    phase = PhaseData(it.phase)
+    phase, size = PhaseData(it.phase), 1.0 + largest(it.y, it.n_q)
     for k in range(it.contacts):
-        phase.band[k] = band_of(it, k)
+        phase.band[k] = band_of(it, k, size)
 
 
 @compiled

@@ -193,19 +193,20 @@ def eliminated(it: EventRun, contacts: Contacts, count: int) -> int:
 @compiled
 def motion_of(it: EventRun, z: Reals, count: int) -> float:
     """Return the greatest acceleration, or change of a speed, by the forces z along the rays."""
-    result = 0.0
-    for i in range(it.n):
-        x = 0.0
-        for b in range(count):
-            if z[b] == 0.0:
-                continue
-            r = it.list[b]
-            x += z[b] * it.X[r * it.n + i]
-            for j in range(event_run.RAY):
-                if it.ray[b, j] != 0.0:
-                    x += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * it.n + i]
-        result = greater(result, abs(x))
-    return result
+    n = it.n
+    for i in range(n):
+        it.v[i] = 0.0
+    for b in range(count):
+        if z[b] == 0.0:
+            continue
+        r = it.list[b]
+        for i in range(n):
+            it.v[i] += z[b] * it.X[r * n + i]
+        for j in range(event_run.RAY):
+            if it.ray[b, j] != 0.0:
+                for i in range(n):
+                    it.v[i] += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * n + i]
+    return largest(it.v, n)
 
 
 @compiled
