@@ -27,7 +27,8 @@ from __future__ import annotations
 import math
 
 from ...native.functions import components
-from ...native.instructions import Integers, Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import Integers, Reals, Row, compiled, greater, inlined, lesser, root
+from ..cones.block_rows import dot
 from . import laws
 from .contact_outputs import (
     adhesion_of,
@@ -41,6 +42,7 @@ from .contact_outputs import (
     rates_of,
     row_added,
     row_taken,
+    row_taken_in,
     static_friction_of,
 )
 from .phase_record import PhaseData
@@ -91,18 +93,17 @@ def rows_made(phase: PhaseData) -> None:
             for p in range(phase.n):
                 G[p] = own[p]
         else:
-            row_taken(phase, phase.first[k] + phase.row_of[i], G)
-            forwarded(phase, G)
+            row_taken_in(phase, phase.first[k] + phase.row_of[i], G, phase.low[i], phase.high[i])
+            forwarded(phase, G, phase.low[i], phase.high[i])
 
 
 @compiled
 def loads_made(phase: PhaseData) -> None:
     """Set the rows of K where they differ from those of G: what friction adds is summed before it is forwarded."""
-    n = phase.n
     for i in range(phase.own, phase.conditions):
         if phase.force_row[i] != i:
             k, G, K = phase.source[i], phase.G[i], force_row(phase, i)
-            for p in range(n):
+            for p in range(phase.low[i], phase.high[i]):
                 K[p] = 0.0
             if phase.slip[i] != laws.NO_SLIP:
                 add_friction(phase, K, k, phase.slip[i])
@@ -111,8 +112,8 @@ def loads_made(phase: PhaseData) -> None:
                 if phase.pushed[r] != laws.NO_SLIP:
                     add_friction(phase, K, r, phase.pushed[r])
                 r += 1
-            forwarded(phase, K)
-            for p in range(n):
+            forwarded(phase, K, phase.low[i], phase.high[i])
+            for p in range(phase.low[i], phase.high[i]):
                 K[p] += G[p]
 
 
@@ -131,21 +132,52 @@ def gamma_of(phase: PhaseData, i: int) -> float:
     return phase.gamma[-1 - k] if k < 0 else biases_of(phase, k)[phase.row_of[i]]
 
 
+@inlined
+def joint(phase: PhaseData, i: int, j: int, K: Row) -> float:
+    """Return G of a condition times a row of another one, over the places that both have."""
+    low = phase.low[i] if phase.low[i] > phase.low[j] else phase.low[j]
+    high = phase.high[i] if phase.high[i] < phase.high[j] else phase.high[j]
+    return between(phase.G[i], K, low, high, phase.n)
+
+
+@inlined
+def between(a: Row, b: Row, low: int, high: int, n: int) -> float:
+    """Return a · b from ``low`` up to ``high``."""
+    result = 0.0
+    if high - low == n:
+        result = inner(a, b, n)
+    elif high > low:
+        result = dot(a[low:], b[low:], high - low)
+    return result
+
+
+@inlined
+def add_in(phase: PhaseData, i: int, x: float, K: Row) -> None:
+    """Add x times a row of a condition to the step."""
+    w, low, high = phase.step, phase.low[i], phase.high[i]
+    if high - low == phase.n:
+        for p in components(phase.n):
+            w[p] += x * K[p]
+    else:
+        for p in range(low, high):
+            w[p] += x * K[p]
+
+
 # --- forces --------------------------------------------------------------------------------------
 
 
 @compiled
 def shared(phase: PhaseData) -> int:
     """Set λ of all conditions to forces of equal compliance with ``right``; return 0 if they do not exist, else 1."""
-    n, S, Q = phase.n, phase.S, phase.Q
+    S, Q = phase.S, phase.Q
     for j in range(phase.conditions):
         phase.weight[j], first = 1.0, phase.active_at[phase.island[j]]
         for a in range(phase.active_at[phase.island[j] + 1] - first):
-            G = phase.G[phase.independent[first + a]]
-            Q[j, a] = inner(G, phase.G[j], n)
+            i = phase.independent[first + a]
+            Q[j, a] = joint(phase, i, j, phase.G[j])
             S[j, a] = Q[j, a]
             if phase.force_row[j] != j:
-                S[j, a] = inner(G, force_row(phase, j), n)
+                S[j, a] = joint(phase, i, j, force_row(phase, j))
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
@@ -270,15 +302,14 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
 @compiled
 def solved_in(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> int:
     """Set λ of conditions of one island as `independent` does."""
-    n, lam, square, nu = phase.n, phase.lam, phase.square, phase.nu
+    lam, square, nu = phase.lam, phase.square, phase.nu
     for a in range(size):
-        G = phase.G[chosen[a]]
         if sliding != 0:
             for b in range(size):
-                square[a, b] = inner(G, force_row(phase, chosen[b]), n)
+                square[a, b] = joint(phase, chosen[a], chosen[b], force_row(phase, chosen[b]))
         else:
             for b in range(a + 1):
-                square[a, b] = inner(G, phase.G[chosen[b]], n)
+                square[a, b] = joint(phase, chosen[a], chosen[b], phase.G[chosen[b]])
                 square[b, a] = square[a, b]
         square[a, size] = phase.right[chosen[a]]
     if eliminated(phase, size) == 0:
@@ -351,7 +382,7 @@ def push_along(phase: PhaseData, z: Reals, r: int, force: float) -> None:
     """Add a force along a row of the contacts to z."""
     spare = phase.spare
     row_taken(phase, r, spare)
-    forwarded(phase, spare)
+    forwarded(phase, spare, 0, phase.n)
     for i in range(phase.n):
         z[i] += force * spare[i]
 
@@ -368,7 +399,7 @@ def balance(phase: PhaseData) -> int:
     for p in range(n):
         w[p] = z[p]
     for i in range(count):
-        phase.right[i] = -(gamma_of(phase, i) + inner(phase.G[i], w, n))
+        phase.right[i] = -(gamma_of(phase, i) + between(phase.G[i], w, phase.low[i], phase.high[i], n))
     good = 1
     if count > phase.active:
         good = shared(phase)
@@ -376,8 +407,7 @@ def balance(phase: PhaseData) -> int:
         good = independent(phase, phase.independent, count, phase.slipping)
     for i in range(count):
         x, K, k = phase.lam[i], force_row(phase, i), phase.source[i]
-        for p in components(n):
-            w[p] += x * K[p]
+        add_in(phase, i, x, K)
         if k < 0:
             phase.multiplier[phase.number[-1 - k]] = x
         else:

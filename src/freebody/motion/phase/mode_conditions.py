@@ -85,7 +85,9 @@ def find_islands(phase: PhaseData) -> None:
     phase.islands = 0
     for i in range(size):
         k = phase.source[i]
-        b = root_of(parent, phase.own_block[-1 - k] if k < 0 else phase.beside_of[2 * k])
+        one = phase.own_block[-1 - k] if k < 0 else phase.beside_of[2 * k]
+        set_places(phase, i, one, one if k < 0 else phase.beside_of[2 * k + 1])
+        b = root_of(parent, one)
         if number[b] < 0:
             number[b] = phase.islands
             phase.islands += 1
@@ -94,6 +96,17 @@ def find_islands(phase: PhaseData) -> None:
     for i in range(size):
         phase.members[i] = i
     in_order(phase, phase.members, size, phase.member_at)
+
+
+@compiled
+def set_places(phase: PhaseData, i: int, one: int, other: int) -> None:
+    """Set between which places a condition has speeds of two blocks, and its rows to zero."""
+    low, high = phase.block_low, phase.block_high
+    phase.low[i] = low[one] if low[one] < low[other] else low[other]
+    phase.high[i] = high[one] if high[one] > high[other] else high[other]
+    G, K = phase.G[i], phase.G[phase.force_row[i]]
+    for p in range(phase.n):
+        G[p] = K[p] = 0.0
 
 
 @compiled

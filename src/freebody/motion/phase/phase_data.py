@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -171,6 +172,10 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
     data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
     data.presser[:], data.loaded[:] = scene.presser, scene.loaded
+    place = np.argsort(pattern.order)  # of each speed
+    for b, (first, last) in enumerate(pairwise(pattern.blocks.starts)):
+        data.block_low[b] = place[first:last].min(initial=data.n)
+        data.block_high[b] = 1 + place[first:last].max(initial=-1)
     data.beside_of[:], data.own_block[:] = np.ravel(pattern.blocks.contacts), pattern.blocks.own
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]

@@ -86,6 +86,8 @@ class PhaseData(Record):
     ``island``, ``members``, ``member_at``, ``active_at``    island of each condition, these by islands, and the first
                                 of each island among these and among the independent ones
     ``parent``, ``number_of``   island of each block while conditions join them, and its number
+    ``low``, ``high``           places in the order of elimination between which a condition has speeds;
+                                ``block_low``, ``block_high``: of each block
     ``beside_of``, ``own_block``    blocks of each contact, and of the conditions of the machine
     ``G``, ``force_row``        rows D^-½ L⁻¹ Gᵀ of conditions, then D^-½ L⁻¹ Kᵀ of slipping contacts; the row of K of
                                 each condition
@@ -206,6 +208,10 @@ class PhaseData(Record):
     active_at: Annotated[Wholes, "after_conditions"]
     parent: Annotated[Wholes, "blocks"]
     number_of: Annotated[Wholes, "blocks"]
+    low: Annotated[Wholes, "most_conditions"]
+    high: Annotated[Wholes, "most_conditions"]
+    block_low: Annotated[Wholes, "blocks"]
+    block_high: Annotated[Wholes, "blocks"]
     beside_of: Annotated[Wholes, "of_contacts_twice"]
     own_block: Annotated[Wholes, "own"]
     holonomics: Whole

@@ -156,7 +156,7 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
         z[p] = -it.inertia[phase.order[p]]
     for i in range(phase.conditions):
         condition_load(it, phase, z, i, phase.lam[i])
-    forwarded(phase, z)
+    forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
         own = condition_change(it, phase, i, it.udot)
         shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
@@ -305,7 +305,7 @@ def goals(it: PhaseSlopes, phase: PhaseData, first: int) -> None:
         it.force[r] = 0.0
     turn_friction(it, phase)
     push_along(it, phase)
-    forwarded(phase, z)
+    forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
         phase.right[i] = -(bias_along(it, phase, i) + product(phase.G[i], z, n))
 
