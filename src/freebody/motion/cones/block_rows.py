@@ -1,12 +1,34 @@
-"""Rows over blocks of speeds (`contact_problem.Blocks`): their products with a vector, and multiples of them."""
+"""Rows over blocks of speeds (`contact_problem.Blocks`): their products with a vector, multiples of them, and islands.
+
+An island is a set of blocks that rows join; no row of another island has speeds of it.
+"""
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, hot, inlined
+from ...native.instructions import Integers, Reals, compiled, hot, inlined
 from .contact_problem import Blocks
 
 BODY = 6
 """Speeds of a free body, the most frequent block: its sums are written out, since a loop waits for each term."""
+
+
+@compiled
+def root_of(parent: Integers, b: int) -> int:
+    """Return the first block of the island of a block."""
+    while parent[b] != b:
+        parent[b] = parent[parent[b]]
+        b = parent[b]
+    return b
+
+
+@compiled
+def join(parent: Integers, a: int, b: int) -> None:
+    """Let two blocks be of one island."""
+    one, other = root_of(parent, a), root_of(parent, b)
+    if one < other:
+        parent[other] = one
+    else:
+        parent[one] = other
 
 
 @hot

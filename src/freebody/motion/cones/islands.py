@@ -19,6 +19,7 @@ from typing import Annotated
 
 from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
+from .block_rows import join, root_of
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
@@ -112,15 +113,6 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float
 
 
 @compiled
-def root_of(islands: Islands, b: int) -> int:
-    """Return the first block of the island of a block."""
-    while islands.parent[b] != b:
-        islands.parent[b] = islands.parent[islands.parent[b]]
-        b = islands.parent[b]
-    return b
-
-
-@compiled
 def connect(problem: ContactProblem, islands: Islands) -> None:
     """Join the blocks that rows share, and list the rows of each block."""
     blocks, at = problem.blocks, islands.at
@@ -141,11 +133,7 @@ def connect(problem: ContactProblem, islands: Islands) -> None:
     for a in range(problem.count):
         r = problem.rows[a]
         for p in range(blocks.first[r] + 1, blocks.first[r + 1]):
-            one, other = root_of(islands, blocks.pieces[p - 1]), root_of(islands, blocks.pieces[p])
-            if one < other:
-                islands.parent[other] = one
-            else:
-                islands.parent[one] = other
+            join(islands.parent, blocks.pieces[p - 1], blocks.pieces[p])
 
 
 @compiled
@@ -160,7 +148,11 @@ def connect_without_rebounds(problem: ContactProblem, islands: Islands) -> None:
 def island_of(problem: ContactProblem, islands: Islands, a: int) -> int:
     """Return the first block of the island of a row; -1 if the row moves nothing."""
     blocks, r = problem.blocks, problem.rows[a]
-    return -1 if blocks.first[r + 1] == blocks.first[r] else root_of(islands, blocks.pieces[blocks.first[r]])
+    return (
+        -1
+        if blocks.first[r + 1] == blocks.first[r]
+        else root_of(islands.parent, blocks.pieces[blocks.first[r]])
+    )
 
 
 @compiled
@@ -173,7 +165,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
                 islands.own[m] = a
             m += 1
     for b in range(blocks.count):
-        if root_of(islands, b) == island:
+        if root_of(islands.parent, b) == island:
             n += blocks.starts[b + 1] - blocks.starts[b]
     if n > speeds or m > rows:
         return 0

@@ -54,6 +54,10 @@ def equip_loop(
     it.place[:] = [end.place for end in scene.endings]
     it.final[:] = [*terminal, 0]
     it.laws, it.first_law, it.moving, it.ready = scene.laws, len(terminal), scene.candidates.moving, 1
+    blocks = scene.candidates.pattern.blocks
+    if not scene.loaded:  # the load of a joint may come from anywhere
+        it.blocks, it.beside[:] = len(blocks.starts) - 1, np.ravel(blocks.contacts)
+        it.starts[: len(blocks.starts)] = blocks.starts
     it.past[:] = -1
     it.last = it.met_at = it.crept_from = -np.inf
 

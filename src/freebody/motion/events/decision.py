@@ -21,8 +21,8 @@ from . import event_run
 from .event_run import EventRun
 from .impacts.borne_loads import borne, set_loads
 from .moment import copy_wholes, largest, pull, size_of
-from .problem import gather, is_unloaded
-from .setting import depends, listed
+from .problem import gather, is_unloaded, split, take_all, take_island
+from .setting import depends, has_spare, listed_in
 from .shares import share
 from .ties import end_at_once
 
@@ -134,14 +134,30 @@ def part(it: EventRun) -> int:
 
 @compiled
 def solved_modes(it: EventRun, contacts: Contacts) -> int:
-    """Set modes, directions and forces with the laws that ``ends`` says to end. Return why there are none, or 0."""
+    """Set modes, directions and forces with the laws that ``ends`` says to end. Return why there are none, or 0.
+
+    Then the chosen contacts are those of the island that has none.
+    """
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for r in range(it.rows):
         it.force[r] = 0.0
-    it.ties = 0
-    if it.count == 0:
-        return 0
+    split(it)
+    first, it.ties = 0, 0
+    while first < it.concerned_count:
+        first = take_island(it, first)
+        why = island_modes(it, contacts)
+        if why != 0:
+            return why
+    take_all(it)
+    for i in range(it.count):
+        it.ties += it.tied[it.chosen[i]]
+    return 0
+
+
+@compiled
+def island_modes(it: EventRun, contacts: Contacts) -> int:
+    """Set modes, directions and forces of the chosen contacts of one island. Return why there are none, or 0."""
     gather(it, contacts, 0, 1.0)
     for i in range(it.count):
         if it.ends[it.chosen[i]] == event_run.CONE_REACHED or it.let_go[it.chosen[i]] != 0:
@@ -166,7 +182,8 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
         again = released(it, contacts)
     it.worst = greater(it.worst, contacts.residual)
     name(it, contacts)
-    if it.ready != 0 and share(it, contacts) != 0:
+    shares = it.count == it.concerned_count or has_spare(it, contacts) != 0
+    if it.ready != 0 and shares and share(it, contacts) != 0:
         name(it, contacts)
     return 0
 
@@ -212,10 +229,10 @@ def mode_of(contacts: Contacts, i: int) -> int:
 
 @compiled
 def name(it: EventRun, contacts: Contacts) -> None:
-    """Set the modes of the solution, and count the laws that hold with equality, ``ties``."""
+    """Set the modes of the solution, and of which contacts a law holds with equality, ``tied``."""
     force, rate = typical_force(contacts), typical_rate(contacts)
     f, r = 1.0 / force if force > 0.0 else 1.0, 1.0 / rate if rate > 0.0 else 1.0
-    small, slipping, it.ties = rounded(contacts, event_run.SMALL), 0, 0
+    small, slipping = rounded(contacts, event_run.SMALL), 0
     for i in range(contacts.contacts):
         slipping += 1 if it.ends[it.chosen[i]] == event_run.CONE_REACHED else 0
     for i in range(contacts.contacts):
@@ -245,8 +262,6 @@ def name(it: EventRun, contacts: Contacts) -> None:
         k = it.chosen[i]
         if it.tied[k] != 0 and it.mode[k] == laws.OPEN:
             close(it, contacts, i, r)
-    for i in range(contacts.contacts):
-        it.ties += it.tied[it.chosen[i]]
 
 
 @compiled
@@ -264,7 +279,7 @@ def name_slip(it: EventRun, contacts: Contacts, i: int) -> None:
 def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
     """Let a contact without force and acceleration be closed, unless the others hold it in place."""
     k = it.chosen[i]
-    if depends(it, contacts, it.first[k], listed(it)) != 0:
+    if depends(it, contacts, it.first[k], listed_in(it, it.island[k])) != 0:
         it.tied[k] = 0
         return
     for s in range(i, behind(contacts, i)):

@@ -149,6 +149,11 @@ class EventRun(Record):
     ``quaternions``               components at which the ``turned`` unit quaternions begin
     ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
     ``poisson``                   1 for Poisson's law
+    ``blocks``, ``starts``, ``beside``    blocks of speeds: their number, the first speed of each, and those of each
+                                  contact (`candidates.SpeedBlocks`);  ``owner``: contact of each row
+    ``parent``, ``island``        island of each block, and of each contact (`problem`)
+    ``holds``, ``condition``      number of conditions of each island, and the first condition of each contact
+    ``concerned``, ``members``    contacts of all islands of a problem, in their own order and island by island
     ``presser``                   of what resists rolling or spinning: the contact whose normal force bounds it; else -1
     ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``loaded``, ``loads``         1 for a contact that the load of a joint presses, and their number;  ``load``: that
@@ -234,6 +239,17 @@ class EventRun(Record):
     phase: Row
     tangents: Annotated[Wholes, "contacts"]
     first: Annotated[Wholes, "contacts"]
+    owner: Annotated[Wholes, "rows"]
+    blocks: Whole
+    starts: Annotated[Wholes, "after_speeds"]
+    beside: Annotated[Wholes, "of_contacts_twice"]
+    parent: Annotated[Wholes, "after_speeds"]
+    holds: Annotated[Wholes, "after_speeds"]
+    island: Annotated[Wholes, "contacts"]
+    condition: Annotated[Wholes, "contacts"]
+    members: Annotated[Wholes, "contacts"]
+    concerned: Annotated[Wholes, "contacts"]
+    concerned_count: Whole
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]
@@ -400,6 +416,8 @@ def event_run(scene: Any, n_y: int) -> EventRun:
         contacts=E,
         rows=m,
         seen_size=seen,
+        after_speeds=n + 1,
+        of_contacts_twice=2 * E,
         bounce_flags=BOUNCES * E,
         of_bearings=LOADED * len(scene.loaded),
         of_bounds=2 * len(scene.loaded) * (5 + 2 * len(scene.loaded)),
@@ -412,6 +430,8 @@ def event_run(scene: Any, n_y: int) -> EventRun:
         setattr(it, name, it.seen[at : at + size])
         at += size
     it.tangents[:], it.first[:] = scene.tangents, scene.first
+    it.owner[:] = [k for k, count in enumerate(scene.tangents) for _ in range(1 + count)]
+    it.blocks, it.starts[1:] = 1, n
     it.rough[:] = [not c.frictionless for c in model.contacts]
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
     it.presser[:] = scene.presser

@@ -8,7 +8,8 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import copy, product_of, row_of, slip_speed
+from .moment import copy, product_of, response, row_of, slip_speed
+from .problem import apart, couple, name_island
 
 
 @compiled
@@ -33,42 +34,92 @@ def add_ray(it: EventRun, a: int, k: int) -> None:
 def ray_product(it: EventRun, a: int, b: int) -> float:
     """Return the change of the rate of row a of the list per unit of unknown b."""
     r, s = it.list[a], it.list[b]
-    total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
+    total = response(it, r, s)
     for j in range(event_run.RAY):
         if it.ray[b, j] != 0.0:
-            total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
+            total += it.ray[b, j] * response(it, r, s + 1 + j)
     return total
 
 
 @compiled
 def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
-    """Find impulses on the rows of the list that change their rates by the goals: S x = g.
+    """Find impulses on the rows of the list that change their rates by the goals, with the list sorted by islands.
+
+    Set ``whole``; return the greatest difference of a change from its goal.
+    """
+    apart(it)
+    for a in range(count):
+        couple(it, it.owner[it.list[a]])
+    for a in range(count):
+        name_island(it, it.owner[it.list[a]])
+        b = a
+        while b > 0 and island_of(it, b - 1) > island_of(it, b):
+            exchange(it, b)
+            b -= 1
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    first, worst = 0, 0.0
+    while first < count:
+        size = 1
+        while first + size < count and island_of(it, first + size) == island_of(it, first):
+            size += 1
+        worst = greater(worst, impelled_in(it, contacts, first, size))
+        apply(it, first, size)
+        first += size
+    return worst
+
+
+@compiled
+def island_of(it: EventRun, a: int) -> int:
+    """Return the island of a row of the list."""
+    return it.island[it.owner[it.list[a]]]
+
+
+@compiled
+def exchange(it: EventRun, a: int) -> None:
+    """Exchange a row of the list and the one before it."""
+    it.list[a - 1], it.list[a] = it.list[a], it.list[a - 1]
+    it.goal[a - 1], it.goal[a] = it.goal[a], it.goal[a - 1]
+    for j in range(event_run.RAY):
+        it.ray[a - 1, j], it.ray[a, j] = it.ray[a, j], it.ray[a - 1, j]
+
+
+@compiled
+def impelled_in(it: EventRun, contacts: Contacts, first: int, count: int) -> float:
+    """Find impulses x on rows of one island from a place of the list on: S x = g; return the greatest |S x - g|.
 
     Dependent ones are those of contacts of equal compliance: x = Q ν with S Q ν = g over independent rows, where Q are
-    the columns of A of these. Set ``whole``; return the greatest |S x - g|.
+    the columns of A of these.
     """
     A, S, order = contacts.A, contacts.chosen, contacts.order
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
-            S[a * count + b] = ray_product(it, a, b)
+            A[a * count + b] = response(it, it.list[first + a], it.list[first + b])
+            S[a * count + b] = ray_product(it, first + a, first + b)
     kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
     for a in range(count):
-        it.x[a] = 0.0
+        it.x[first + a] = 0.0
     turn, good = 0, 1
     while turn < 2 and good != 0:  # what is left of g is solved for once more
-        good = improved(it, contacts, count, kept)
+        good = improved(it, contacts, first, count, kept)
         turn += 1
-    return applied(it, contacts, count)
+    worst = 0.0
+    for a in range(count):
+        left = -it.goal[first + a]
+        for b in range(count):
+            left += S[a * count + b] * it.x[first + b]
+        worst = greater(worst, abs(left))
+    return worst
 
 
 @compiled
-def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
+def improved(it: EventRun, contacts: Contacts, first: int, count: int, kept: int) -> int:
     """Add the solution for what is left of g to x; return 0 if there is none, else 1."""
     A, S, order, square, nu, i = contacts.A, contacts.chosen, contacts.order, contacts.slope, it.nu, 0
+    x = it.x[first:]
     for a in range(count):
         if order[a] != 0:
-            nu[i], j = it.goal[a] - product_of(S[a * count :], it.x, count), 0
+            nu[i], j = it.goal[first + a] - product_of(S[a * count :], x, count), 0
             for b in range(count):
                 if order[b] != 0:
                     square[i * kept + j] = S[a * count + b]
@@ -82,30 +133,22 @@ def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
     for b in range(count):
         if order[b] != 0:
             if kept == count:
-                it.x[b] += nu[j]
+                x[b] += nu[j]
             else:
                 for a in range(count):
-                    it.x[a] += A[b * count + a] * nu[j]
+                    x[a] += A[b * count + a] * nu[j]
             j += 1
     return 1
 
 
 @compiled
-def applied(it: EventRun, contacts: Contacts, count: int) -> float:
-    """Set ``whole`` to the impulses x along the rays; return the greatest |S x - g|."""
-    worst = 0.0
-    for r in range(it.rows):
-        it.whole[r] = 0.0
-    for a in range(count):
-        left = -it.goal[a]
-        for b in range(count):
-            left += contacts.chosen[a * count + b] * it.x[b]
-        worst = greater(worst, abs(left))
+def apply(it: EventRun, first: int, count: int) -> None:
+    """Add impulses x along the rays of rows of the list to ``whole``."""
+    for a in range(first, first + count):
         it.whole[it.list[a]] += it.x[a]
         for j in range(event_run.RAY):
             if it.ray[a, j] != 0.0:
                 it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
-    return worst
 
 
 @compiled

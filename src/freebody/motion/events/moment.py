@@ -186,6 +186,21 @@ def product_of(a: Reals, b: Reals, n: int) -> float:
 
 
 @compiled
+def response(it: EventRun, r: int, s: int) -> float:
+    """Return W_r M⁻¹ W_sᵀ, the change of the rate of row r per unit of impulse of row s."""
+    W, X = row_of(it, it.W, r), row_of(it, it.X, s)
+    if it.blocks == 1:
+        return product_of(W, X, it.n)
+    total = 0.0
+    for i in range(2):
+        b, c = it.beside[2 * it.owner[r] + i], 2 * it.owner[s]
+        if (b == it.beside[c] or b == it.beside[c + 1]) and (i == 0 or b != it.beside[2 * it.owner[r]]):
+            first = it.starts[b]
+            total += product_of(W[first:], X[first:], it.starts[b + 1] - first)
+    return total
+
+
+@compiled
 def copy(x: Reals, to: Reals, n: int) -> None:
     """Copy n numbers."""
     for i in range(n):

@@ -1,11 +1,70 @@
-"""The contact problem of the chosen contacts of a run, in compiled code."""
+"""The contact problems of the chosen contacts of a run, in compiled code: one for each island.
+
+An island is a set of contacts that share no speeds, and none that masses or conditions of the machine couple with
+theirs, with others. What happens in one has no part in another.
+"""
 
 from __future__ import annotations
 
 from ...native.instructions import compiled
+from ..cones.block_rows import join, root_of
 from ..cones.contacts import Contacts
 from .event_run import NOISE, EventRun
-from .moment import largest, product_of, row_of, slip_speed
+from .moment import copy_wholes, largest, response, row_of, slip_speed
+
+
+@compiled
+def apart(it: EventRun) -> None:
+    """Let every block of speeds be an island."""
+    for b in range(it.blocks):
+        it.parent[b], it.holds[b] = b, 0
+
+
+@compiled
+def couple(it: EventRun, k: int) -> None:
+    """Let the blocks of a contact be of one island."""
+    join(it.parent, it.beside[2 * k], it.beside[2 * k + 1])
+
+
+@compiled
+def name_island(it: EventRun, k: int) -> None:
+    """Set the island of a contact: its first block."""
+    it.island[k] = root_of(it.parent, it.beside[2 * k])
+
+
+@compiled
+def split(it: EventRun) -> None:
+    """Find the islands of the chosen contacts, which `take_island` chooses in turn."""
+    apart(it)
+    it.concerned_count = it.count
+    copy_wholes(it.chosen, it.concerned, it.count)
+    for i in range(it.count):
+        couple(it, it.chosen[i])
+    for i in range(it.count):
+        k, place = it.chosen[i], i
+        name_island(it, k)
+        while place > 0 and it.island[it.members[place - 1]] > it.island[k]:
+            it.members[place] = it.members[place - 1]
+            place -= 1
+        it.members[place] = k
+
+
+@compiled
+def take_island(it: EventRun, first: int) -> int:
+    """Choose the contacts of the island that begins at this place of the members; return the place after them."""
+    last, island = first, it.island[it.members[first]]
+    while last < it.concerned_count and it.island[it.members[last]] == island:
+        it.chosen[last - first] = it.members[last]
+        last += 1
+    it.count = last - first
+    return last
+
+
+@compiled
+def take_all(it: EventRun) -> None:
+    """Choose the contacts of all islands again."""
+    copy_wholes(it.concerned, it.chosen, it.concerned_count)
+    it.count = it.concerned_count
 
 
 @compiled
@@ -42,7 +101,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
         r = it.list[a]
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
         for b in range(m):
-            contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+            contacts.A[a * m + b] = response(it, r, it.list[b])
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
@@ -65,7 +124,7 @@ def is_unloaded(it: EventRun, k: int) -> int:
     for i in range(it.n):
         size += abs(W[i])
     noise = NOISE * size * largest(it.free, it.n)
-    bound = it.coefficients[4 * k + 1] * it.given[k] * product_of(W, row_of(it, it.X, r), it.n)
+    bound = it.coefficients[4 * k + 1] * it.given[k] * response(it, r, r)
     return 1 if abs(it.c[r]) <= noise and bound <= noise else 0
 
 

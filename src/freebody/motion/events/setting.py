@@ -11,14 +11,15 @@ from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
-from .impulse_system import add_row, impelled
-from .moment import copy, largest, look, product_of, row_of, slip_speed
+from .impulse_system import add_row, impelled_in
+from .moment import copy, largest, look, response, row_of, slip_speed
+from .problem import apart, couple, name_island
 
 
 @compiled
 def set_up(it: EventRun, contacts: Contacts) -> None:
     """Write the equations of the modes: independent conditions, endings, and how the modes are shown."""
-    phase = PhaseData(it.phase)
+    phase, size = PhaseData(it.phase), 1.0 + largest(it.y, it.n_q)
     find_dead(it, contacts)
     find_active(it, contacts)
     set_modes(phase, it.mode, it.dead, it.active, it.actives)
@@ -26,7 +27,7 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         phase.force[r] = 0.0
     for k in range(it.contacts):
         mode = it.mode[k]
-        phase.band[k] = band_of(it, k)
+        phase.band[k] = band_of(it, k, size)
         for j in range(2):
             phase.direction[k, j] = it.way[k, j]
         # beside a dead centre a slip begins whose rate is still zero
@@ -39,14 +40,16 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
-def band_of(it: EventRun, k: int) -> float:
+def band_of(it: EventRun, k: int, size: float) -> float:
     """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off.
+
+    ``size`` is 1 m or the greatest coordinate.
 
     An open gap that leaves zero changes sign by its round-off, before it is open. The flight is one so low that
     bounces are summed there (`bounces`), and does not notice that it lands lower by it. A contact that is deep and not
     closed is behind its sides, and closes at 0 once it has come around them.
     """
-    size, gap, v = 1.0 + largest(it.y, it.n_q), it.gap[k], it.rate[it.first[k]]
+    gap, v = it.gap[k], it.rate[it.first[k]]
     low = LOW * size
     if gap < -it.near and (it.compliant[k] != 0 or it.closed[k] == 0):
         return 0.0
@@ -63,28 +66,79 @@ def listed(it: EventRun) -> int:
     """List the conditions of closed contacts; return their number."""
     count = 0
     for k in range(it.contacts):
-        for j in range(conditions_of(it.tangents[k], it.mode[k], it.held[k])):
-            count = add_row(it, count, it.first[k] + j + it.held[k], 0.0)
+        count = add_conditions(it, count, k)
     return count
 
 
 @compiled
-def find_active(it: EventRun, contacts: Contacts) -> None:
-    """Find independent conditions of closed contacts by Cholesky pivots of A, the largest first.
+def listed_in(it: EventRun, island: int) -> int:
+    """List the conditions of closed contacts of an island; return their number."""
+    count = 0
+    for k in range(it.contacts):
+        if it.island[k] == island:
+            count = add_conditions(it, count, k)
+    return count
 
-    With small pivots the round-off of what follows would pass for independence.
+
+@compiled
+def add_conditions(it: EventRun, count: int, k: int) -> int:
+    """Append the conditions of a contact to the list; return the number of its rows."""
+    for j in range(conditions_of(it.tangents[k], it.mode[k], it.held[k])):
+        count = add_row(it, count, it.first[k] + j + it.held[k], 0.0)
+    return count
+
+
+@compiled
+def find_islands(it: EventRun) -> None:
+    """Find the islands of closed contacts and of those that touch, their conditions, and the numbers of these."""
+    apart(it)
+    count = 0
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN or abs(it.gap[k]) <= it.near:
+            couple(it, k)
+    for k in range(it.contacts):
+        name_island(it, k)
+        own = conditions_of(it.tangents[k], it.mode[k], it.held[k])
+        it.holds[it.island[k]] += own
+        it.condition[k], count = count, count + own
+
+
+@compiled
+def find_active(it: EventRun, contacts: Contacts) -> None:
+    """Find independent conditions of closed contacts, island by island (`find_islands`)."""
+    it.actives = it.spare_count = 0
+    for b in range(it.blocks):
+        if it.holds[b] > 0:
+            count = listed_in(it, b)
+            find_independent(it, contacts, count)
+            for a in range(count):
+                k = it.owner[it.list[a]]
+                if contacts.order[a] != 0 and it.actives < it.n:
+                    it.active[it.actives] = it.condition[k] + it.list[a] - it.first[k] - it.held[k]
+                    it.actives += 1
+                else:
+                    it.spare_count += 1
+
+
+@compiled
+def find_independent(it: EventRun, contacts: Contacts, count: int) -> int:
+    """Set ``order`` to 1 for independent rows of the list, by Cholesky pivots of A, the largest first.
+
+    With small pivots the round-off of what follows would pass for independence. Return the number of these rows.
     """
-    count, A = listed(it), contacts.A
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
-    factor(A, count, contacts.factors, laws.DEPENDENT, contacts.left, contacts.order)
-    it.actives = 0
-    for a in range(count):
-        if contacts.order[a] != 0 and it.actives < it.n:
-            it.active[it.actives] = a
-            it.actives += 1
-    it.spare_count = count - it.actives
+            contacts.A[a * count + b] = response(it, it.list[a], it.list[b])
+    return factor(contacts.A, count, contacts.factors, laws.DEPENDENT, contacts.left, contacts.order)
+
+
+@compiled
+def has_spare(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if conditions of the chosen contacts depend on others of these, else 0."""
+    count = 0
+    for i in range(it.count):
+        count = add_conditions(it, count, it.chosen[i])
+    return 1 if find_independent(it, contacts, count) < count else 0
 
 
 @compiled
@@ -94,7 +148,8 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     Their rows and accelerations depend on those of the others, so the functions that end their modes stay at zero. A
     row that depends at one moment only, since the body turns, has an acceleration of its own by that.
     """
-    found, count = 0, listed(it)
+    find_islands(it)
+    found = 0
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == laws.OPEN:  # a corner beside its side, or a side beside its corner, does not touch
@@ -103,14 +158,15 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
-    if found == 0 or count == 0:
-        for k in range(it.contacts):
-            it.dead[k] = 0
+    if found == 0:
         return
     for k in range(it.contacts):
         if it.dead[k] != 0:
-            r = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1
-            if depends(it, contacts, r, count) == 0 or parts(it, r, count) != 0:
+            r, count = (
+                it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1,
+                listed_in(it, it.island[k]),
+            )
+            if count == 0 or depends(it, contacts, r, count) == 0 or parts(it, r, count) != 0:
                 it.dead[k] = 0
 
 
@@ -119,8 +175,8 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
     """Return 1 if a row depends on the rows of the list, else 0."""
     X = row_of(it, it.X, r)
     for a in range(count):
-        it.goal[a] = product_of(row_of(it, it.W, it.list[a]), X, it.n)
-    impelled(it, contacts, count)
+        it.goal[a] = response(it, it.list[a], r)
+    impelled_in(it, contacts, 0, count)
     rest, size = 0.0, 0.0
     for i in range(it.n):
         x = X[i]
@@ -213,9 +269,9 @@ def leaves_rest(it: EventRun, k: int) -> int:
 @compiled
 def set_bands(it: EventRun) -> None:
     """Write the gaps at which contacts close."""
-    phase = PhaseData(it.phase)
+    phase, size = PhaseData(it.phase), 1.0 + largest(it.y, it.n_q)
     for k in range(it.contacts):
-        phase.band[k] = band_of(it, k)
+        phase.band[k] = band_of(it, k, size)
 
 
 @compiled
@@ -226,7 +282,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     leaves no gap of a closed contact negative, g + W dq >= 0, dq = M⁻¹ Wᵀ x, x >= 0: an impact without friction whose
     speeds are gaps. Equations for all gaps would turn bodies by the gap over the distance of two contacts.
     """
-    low, below, count, n = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
+    low, below, count = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
     for k in range(it.contacts):
         if it.closed[k] != 0:
             below += 1 if it.gap[k] < -low and it.rate[it.first[k]] > it.still else 0
@@ -239,9 +295,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
         contacts.friction[a] = contacts.static[a] = contacts.least[a] = 0.0
         contacts.slides[a], contacts.held[a], contacts.presser[a] = 0, 0, -1
         for b in range(count):
-            contacts.A[a * count + b] = product_of(
-                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
-            )
+            contacts.A[a * count + b] = response(it, it.list[a], it.list[b])
     run_by(it.finding, contacts)
     displace(it, contacts.forces, count)
 

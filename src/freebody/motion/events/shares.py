@@ -16,7 +16,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
 from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
-from .setting import begins_slip, find_dead, set_up
+from .setting import begins_slip, find_dead, find_islands, set_up
 
 SAME = 1e-8
 """Relative size of a motion that is none."""
@@ -25,11 +25,21 @@ SAME = 1e-8
 @compiled
 def forces_decide(it: EventRun, contacts: Contacts) -> int:
     """Return 1 if the shares of indeterminate forces decide the motion in the present modes, else 0."""
-    count, unsure = list_rays(it), SAME
+    find_islands(it)
+    for b in range(it.blocks):
+        if it.holds[b] > 0 and forces_decide_in(it, contacts, b) != 0:
+            return 1
+    return 0
+
+
+@compiled
+def forces_decide_in(it: EventRun, contacts: Contacts, island: int) -> int:
+    """Return 1 if the shares of indeterminate forces decide the motion of an island, else 0."""
+    count, unsure = list_rays(it, island), SAME
     if count < 0:
         return 0
     for k in range(it.contacts):
-        rough = it.mode[k] == laws.SLIDE and not is_smooth(it, k)
+        rough = it.mode[k] == laws.SLIDE and not is_smooth(it, k) and it.island[k] == island
         normal = it.presser[k] if it.presser[k] >= 0 else k
         if rough and it.tangents[k] == 2 and it.held[normal] == 0:
             noise = event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
@@ -38,13 +48,16 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def list_rays(it: EventRun) -> int:
-    """List the unknown forces of the present modes; return their number, or -1 if a slip has no direction yet."""
+def list_rays(it: EventRun, island: int) -> int:
+    """List the unknown forces of the present modes of an island; return their number.
+
+    It is -1 if a slip has no direction yet.
+    """
     count, normal = 0, -1
     for k in range(it.contacts):
         n, mode, at = it.tangents[k], it.mode[k], it.first[k]
         rough = n > 0 and not is_smooth(it, k)
-        if mode == laws.OPEN:
+        if mode == laws.OPEN or it.island[k] != island:
             continue
         if mode != laws.STICK and rough and slip_speed(it, k) <= it.still:
             return -1
@@ -125,9 +138,19 @@ def combine(contacts: Contacts, rank: int, free: int, count: int) -> float:
 @compiled
 def find_shared(it: EventRun, contacts: Contacts) -> None:
     """Find the contacts whose forces the motion leaves open in the present modes, `shared`."""
-    count, z = list_rays(it), contacts.left
+    find_islands(it)
+    for b in range(it.blocks):
+        if it.parent[b] == b:
+            find_shared_in(it, contacts, b)
+
+
+@compiled
+def find_shared_in(it: EventRun, contacts: Contacts, island: int) -> None:
+    """Find the contacts of an island whose forces the motion leaves open."""
+    count, z = list_rays(it, island), contacts.left
     for k in range(it.contacts):
-        it.shared[k] = 1 if count < 0 else 0
+        if it.island[k] == island:
+            it.shared[k] = 1 if count < 0 else 0
     rank = eliminated(it, contacts, count) if count > 0 else count
     for free in range(rank, count):
         size = combine(contacts, rank, free, count)
@@ -170,19 +193,20 @@ def eliminated(it: EventRun, contacts: Contacts, count: int) -> int:
 @compiled
 def motion_of(it: EventRun, z: Reals, count: int) -> float:
     """Return the greatest acceleration, or change of a speed, by the forces z along the rays."""
-    result = 0.0
-    for i in range(it.n):
-        x = 0.0
-        for b in range(count):
-            if z[b] == 0.0:
-                continue
-            r = it.list[b]
-            x += z[b] * it.X[r * it.n + i]
-            for j in range(event_run.RAY):
-                if it.ray[b, j] != 0.0:
-                    x += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * it.n + i]
-        result = greater(result, abs(x))
-    return result
+    n = it.n
+    for i in range(n):
+        it.v[i] = 0.0
+    for b in range(count):
+        if z[b] == 0.0:
+            continue
+        r = it.list[b]
+        for i in range(n):
+            it.v[i] += z[b] * it.X[r * n + i]
+        for j in range(event_run.RAY):
+            if it.ray[b, j] != 0.0:
+                for i in range(n):
+                    it.v[i] += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * n + i]
+    return largest(it.v, n)
 
 
 @compiled

@@ -18,7 +18,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, impelled, move_speeds
 from .log import log_phase, log_state
-from .moment import approaches, copy, is_smooth, largest, look, product_of, row_of, slip_speed
+from .moment import approaches, copy, is_smooth, largest, look, product_of, response, row_of, slip_speed
 from .setting import begins_slip, leaves_rest, project, set_up
 
 DEAD = 1e-16
@@ -310,9 +310,8 @@ def is_dead_centre(it: EventRun, k: int, r: int) -> int:
     p = it.presser[k] if it.presser[k] >= 0 else k
     if it.held[p] != 0:
         return 0
-    n, normal = it.n, it.first[p]
-    across = product_of(row_of(it, it.W, normal), row_of(it, it.X, normal), n)
-    return 1 if product_of(row_of(it, it.W, r), row_of(it, it.X, r), n) <= DEAD * across else 0
+    normal = it.first[p]
+    return 1 if response(it, r, r) <= DEAD * response(it, normal, normal) else 0
 
 
 @compiled

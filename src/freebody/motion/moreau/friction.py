@@ -18,9 +18,9 @@ step if it is struck by a blow, or if a contact lands faster than the forces of 
 from __future__ import annotations
 
 from ...native.instructions import call, compiled, greater, lesser, root
-from ..cones.block_rows import along
+from ..cones.block_rows import along, root_of
 from ..cones.contact_problem import FIRST, NORMAL
-from ..cones.islands import Islands, connect_without_rebounds, island_of, root_of
+from ..cones.islands import Islands, connect_without_rebounds, island_of
 from .pairs import family_of, slip
 from .stepping_record import NO_FRICTION, NONE, OPENS, SLIPS, STICK, Run
 
@@ -116,7 +116,7 @@ def find_impacts(run: Run, islands: Islands) -> None:
     for b in range(blocks.count):
         for i in range(blocks.starts[b], blocks.starts[b + 1]):
             if run.blow[i] != 0.0:
-                islands.rebounds[root_of(islands, b)] = 1
+                islands.rebounds[root_of(islands.parent, b)] = 1
     for a in range(problem.count):
         b = island_of(problem, islands, a)
         if problem.kinds[a] == NORMAL and contacts.stays[a] == OPENS and b >= 0:

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,6 +80,7 @@ class Pattern:
     ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
     ``columns``    place in the order of elimination of each entry of W
     ``sizes``      number of outputs of each contact; ``pairs``: of each pair of bodies
+    ``blocks``     of speeds, that masses and conditions of the machine couple
     """
 
     order: tuple[int, ...]
@@ -90,6 +91,72 @@ class Pattern:
     columns: tuple[int, ...]
     sizes: tuple[int, ...]
     pairs: tuple[int, ...]
+    blocks: SpeedBlocks
+
+
+class SpeedBlocks(NamedTuple):
+    """Blocks of speeds that follow each other, each coupled in itself by masses and conditions of the machine.
+
+    ``starts``     first speed of each block, and their number
+    ``contacts``   the two blocks that a contact has speeds of, twice the same if there is one
+    ``own``        block of each active condition of the machine
+    """
+
+    starts: tuple[int, ...]
+    contacts: tuple[tuple[int, int], ...]
+    own: tuple[int, ...]
+
+
+def coupled_speeds(n: int, coupled: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return the speeds of each set that these couple, in their order."""
+    root = list(range(n))
+
+    def find(i: int) -> int:
+        while root[i] != i:
+            i = root[i]
+        return i
+
+    for group in coupled:
+        for a, b in pairwise(group):
+            i, j = sorted((find(a), find(b)))
+            root[j] = i
+    members: dict[int, list[int]] = {}
+    for i in range(n):
+        members.setdefault(find(i), []).append(i)
+    return list(members.values())
+
+
+def speeds_inward(model: Model) -> list[list[int]]:
+    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
+    result: list[list[int]] = []
+    for link in model.links:
+        own = [j for j, _ in link.partials]
+        if link.u >= 0:
+            own = list(range(link.u, link.u + (link.n_speeds)))
+        result.append(own + (result[link.parent] if link.parent >= 0 else []))
+    return result
+
+
+def speed_blocks(
+    n: int, coupled: Sequence[Sequence[int]], contacts: Sequence[Sequence[int]], own: Sequence[Sequence[int]]
+) -> SpeedBlocks:
+    """Return the blocks of speeds of which M couples some, for those of all rows of each contact and own condition.
+
+    Speeds between those of a block are of it, and so are those of a contact with speeds of more than two.
+    """
+    coupled = [*coupled, *own]
+    for _ in range(2):
+        for group in coupled_speeds(n, coupled):
+            coupled.append(range(group[0], group[-1] + 1))
+        block = {j: k for k, group in enumerate(coupled_speeds(n, coupled)) for j in group}
+        over = [sorted({block[j] for j in speeds}) or [0] for speeds in contacts]
+        coupled += [speeds for speeds, found in zip(contacts, over, strict=True) if len(found) > 2]
+    starts = [group[0] for group in coupled_speeds(n, coupled)]
+    return SpeedBlocks(
+        (*starts, n),
+        tuple((found[0], found[-1]) for found in over),
+        tuple(block[speeds[0]] if speeds else 0 for speeds in own),
+    )
 
 
 def pairs_of(model: Model) -> list[tuple[int, ...]]:
@@ -159,6 +226,7 @@ class Candidates:
         M = Factorization(mass_matrix(model, state))
         scale = [divide(1, state.field.sqrt(d)) for d in M.D]
         own: list[Any] = []
+        held: list[list[int]] = []
 
         def row(v: Sequence[Any]) -> list[Any]:
             return [a * b for a, b in zip(scale, M.forward(v), strict=True)]
@@ -166,6 +234,7 @@ class Candidates:
         if self.kernels.active:
             conditions, kinds = linearized(model, state), rows(model)
             active = self.kernels.active
+            held = [[j for j, _ in entries(conditions.matrix[i])] for i in active]
             own += [0 if kinds[i].on_speeds else conditions.residual[i] for i in active]
             own += [conditions.rate[i] for i in active] + [conditions.bias[i] for i in active]
             own += [x for i in active for x in row(conditions.matrix[i])]
@@ -221,6 +290,15 @@ class Candidates:
             tuple(columns),
             tuple(map(len, outputs)),
             tuple(map(len, pairs)),
+            speed_blocks(
+                model.n_u,
+                [
+                    *speeds_inward(model),
+                    *([M.order[i] for i in (k, *column)] for k, column in enumerate(below)),
+                ],
+                self.speeds_of_groups([[M.order[i] for i in columns[a : a + n]] for a, n, _ in of_rows]),
+                held,
+            ),
         )
         return {
             "machine": machine,
@@ -239,6 +317,20 @@ class Candidates:
         return {
             k: (k, *(r for r, presser in enumerate(of) if presser == k)) for k in range(len(of)) if of[k] < 0
         }
+
+    def speeds_of_groups(self, speeds: Sequence[Sequence[int]]) -> list[list[int]]:
+        """Return for each contact the speeds of the rows of all that closes with it; ``speeds`` are those of rows."""
+        result: list[list[int]] = [[] for _ in self.first]
+        for group in self.groups.values():
+            found = {
+                j
+                for k in group
+                for r in range(self.first[k], self.first[k] + 1 + self.tangents[k])
+                for j in speeds[r]
+            }
+            for k in group:
+                result[k] = sorted(found)
+        return result
 
     def kernel_of(self, k: int) -> tuple[str, slice]:
         """Return the function with the outputs of a contact, or of a resistance, and their place there."""

@@ -27,7 +27,8 @@ from __future__ import annotations
 import math
 
 from ...native.functions import components
-from ...native.instructions import Integers, Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import Integers, Reals, Row, compiled, greater, inlined, lesser, root
+from ..cones.block_rows import dot
 from . import laws
 from .contact_outputs import (
     adhesion_of,
@@ -41,6 +42,7 @@ from .contact_outputs import (
     rates_of,
     row_added,
     row_taken,
+    row_taken_in,
     static_friction_of,
 )
 from .phase_record import PhaseData
@@ -91,18 +93,17 @@ def rows_made(phase: PhaseData) -> None:
             for p in range(phase.n):
                 G[p] = own[p]
         else:
-            row_taken(phase, phase.first[k] + phase.row_of[i], G)
-            forwarded(phase, G)
+            row_taken_in(phase, phase.first[k] + phase.row_of[i], G, phase.low[i], phase.high[i])
+            forwarded(phase, G, phase.low[i], phase.high[i])
 
 
 @compiled
 def loads_made(phase: PhaseData) -> None:
     """Set the rows of K where they differ from those of G: what friction adds is summed before it is forwarded."""
-    n = phase.n
     for i in range(phase.own, phase.conditions):
         if phase.force_row[i] != i:
             k, G, K = phase.source[i], phase.G[i], force_row(phase, i)
-            for p in range(n):
+            for p in range(phase.low[i], phase.high[i]):
                 K[p] = 0.0
             if phase.slip[i] != laws.NO_SLIP:
                 add_friction(phase, K, k, phase.slip[i])
@@ -111,8 +112,8 @@ def loads_made(phase: PhaseData) -> None:
                 if phase.pushed[r] != laws.NO_SLIP:
                     add_friction(phase, K, r, phase.pushed[r])
                 r += 1
-            forwarded(phase, K)
-            for p in range(n):
+            forwarded(phase, K, phase.low[i], phase.high[i])
+            for p in range(phase.low[i], phase.high[i]):
                 K[p] += G[p]
 
 
@@ -131,54 +132,97 @@ def gamma_of(phase: PhaseData, i: int) -> float:
     return phase.gamma[-1 - k] if k < 0 else biases_of(phase, k)[phase.row_of[i]]
 
 
+@inlined
+def joint(phase: PhaseData, i: int, j: int, K: Row) -> float:
+    """Return G of a condition times a row of another one, over the places that both have."""
+    low = phase.low[i] if phase.low[i] > phase.low[j] else phase.low[j]
+    high = phase.high[i] if phase.high[i] < phase.high[j] else phase.high[j]
+    return between(phase.G[i], K, low, high, phase.n)
+
+
+@inlined
+def between(a: Row, b: Row, low: int, high: int, n: int) -> float:
+    """Return a · b from ``low`` up to ``high``."""
+    result = 0.0
+    if high - low == n:
+        result = inner(a, b, n)
+    elif high > low:
+        result = dot(a[low:], b[low:], high - low)
+    return result
+
+
+@inlined
+def add_in(phase: PhaseData, i: int, x: float, K: Row) -> None:
+    """Add x times a row of a condition to the step."""
+    w, low, high = phase.step, phase.low[i], phase.high[i]
+    if high - low == phase.n:
+        for p in components(phase.n):
+            w[p] += x * K[p]
+    else:
+        for p in range(low, high):
+            w[p] += x * K[p]
+
+
 # --- forces --------------------------------------------------------------------------------------
 
 
 @compiled
 def shared(phase: PhaseData) -> int:
     """Set λ of all conditions to forces of equal compliance with ``right``; return 0 if they do not exist, else 1."""
-    n, lam, weight, S, Q = phase.n, phase.lam, phase.weight, phase.S, phase.Q
+    S, Q = phase.S, phase.Q
     for j in range(phase.conditions):
-        weight[j] = 1.0
-        for a in range(phase.active):
-            G = phase.G[phase.independent[a]]
-            Q[j, a] = inner(G, phase.G[j], n)
+        phase.weight[j], first = 1.0, phase.active_at[phase.island[j]]
+        for a in range(phase.active_at[phase.island[j] + 1] - first):
+            i = phase.independent[first + a]
+            Q[j, a] = joint(phase, i, j, phase.G[j])
             S[j, a] = Q[j, a]
             if phase.force_row[j] != j:
-                S[j, a] = inner(G, force_row(phase, j), n)
+                S[j, a] = joint(phase, i, j, force_row(phase, j))
     if weighted(phase) == 0:
         return 0
     if phase.slipping == 0:
-        if pulls(phase) != 0:
-            return 1
-        mean = mean_normal(phase, lam, 1.0)
-        for j in range(phase.conditions):
-            k = phase.source[j]
-            if phase.normal_of[j] >= 0:
-                weight[j] = lam[phase.normal_of[j]]
-            elif k >= 0 and phase.held[k] != 0:
-                weight[j] = force_of(phase, k)[0]
-            else:
-                weight[j] = mean
-        weighted(phase)  # contacts without load have no friction to share: the first shares remain
+        again = 0
+        for s in range(phase.islands):
+            if pulls(phase, s) == 0:
+                weigh(phase, s)
+                again = 1
+        if again != 0:
+            weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
 
 
 @compiled
-def pulls(phase: PhaseData) -> int:
-    """Return 1 if the normal force of a contact pulls, so that it is no weight, else 0."""
+def weigh(phase: PhaseData, island: int) -> None:
+    """Set W of an island to the first shares of its normal forces."""
+    mean = mean_normal(phase, island, phase.lam, 1.0)
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        j = phase.members[m]
+        k = phase.source[j]
+        if phase.normal_of[j] >= 0:
+            phase.weight[j] = phase.lam[phase.normal_of[j]]
+        elif k >= 0 and phase.held[k] != 0:
+            phase.weight[j] = force_of(phase, k)[0]
+        else:
+            phase.weight[j] = mean
+
+
+@compiled
+def pulls(phase: PhaseData, island: int) -> int:
+    """Return 1 if the normal force of a contact of an island pulls, so that it is no weight, else 0."""
     least, most = 0.0, 0.0
-    for i in range(phase.conditions):
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        i = phase.members[m]
         if phase.source[i] >= 0 and phase.row_of[i] == 0:
             least, most = lesser(least, phase.lam[i]), greater(most, abs(phase.lam[i]))
     return 1 if least < -PULL * most else 0
 
 
 @compiled
-def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
-    """Return the mean of the ``forces`` of conditions that are normals of contacts, or ``none`` if there are none."""
+def mean_normal(phase: PhaseData, island: int, forces: Reals, none: float) -> float:
+    """Return the mean of the ``forces`` on normals of contacts of an island, or ``none`` if there are none."""
     total, count = 0.0, 0
-    for i in range(phase.conditions):
+    for m in range(phase.member_at[island], phase.member_at[island + 1]):
+        i = phase.members[m]
         if phase.source[i] >= 0 and phase.row_of[i] == 0:
             total += forces[i]
             count += 1
@@ -187,14 +231,31 @@ def mean_normal(phase: PhaseData, forces: Reals, none: float) -> float:
 
 @compiled
 def weighted(phase: PhaseData) -> int:
-    """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``; return 0 and leave λ if S W Qᵀ is singular, else 1."""
-    count, active, square, given = phase.conditions, phase.active, phase.square, phase.given_square
-    nu, lam, weight, S, Q = phase.nu, phase.lam, phase.weight, phase.S, phase.Q
+    """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``weight``, island by island.
+
+    Return 0 if S W Qᵀ of one is singular, whose λ stay, else 1.
+    """
+    good = 1
+    for s in range(phase.islands):
+        if weighted_in(phase, s) == 0:
+            good = 0
+    return good
+
+
+@compiled
+def weighted_in(phase: PhaseData, island: int) -> int:
+    """Set λ of an island as `weighted` does."""
+    square, given, nu, lam, weight, S, Q = (
+        phase.square, phase.given_square, phase.nu, phase.lam, phase.weight, phase.S, phase.Q,
+    )  # fmt: skip
+    first, begin, end = phase.active_at[island], phase.member_at[island], phase.member_at[island + 1]
+    active = phase.active_at[island + 1] - first
     for a in range(active):
         row = given[a]
         for b in components(active):
             row[b] = 0.0
-    for j in range(count):
+    for m in range(begin, end):
+        j = phase.members[m]
         of_j = Q[j]
         for a in range(active):
             x, row = S[j, a] * weight[j], given[a]
@@ -203,18 +264,19 @@ def weighted(phase: PhaseData) -> int:
     # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
     for refined in range(2):
         for a in range(active):
-            left, row, copy = phase.right[phase.independent[a]], given[a], square[a]
+            left, row, copy = phase.right[phase.independent[first + a]], given[a], square[a]
             if refined != 0:
-                for j in range(count):
-                    left -= S[j, a] * lam[j]
+                for m in range(begin, end):
+                    left -= S[phase.members[m], a] * lam[phase.members[m]]
             for b in components(active):
                 copy[b] = row[b]
             copy[active] = left
         if eliminated(phase, active) == 0:
             return 0
-        for j in range(count):
-            first = lam[j] if refined != 0 else 0.0
-            lam[j] = first + weight[j] * inner(nu, Q[j], active)
+        for m in range(begin, end):
+            j = phase.members[m]
+            before = lam[j] if refined != 0 else 0.0
+            lam[j] = before + weight[j] * inner(nu, Q[j], active)
     return 1
 
 
@@ -222,20 +284,32 @@ def weighted(phase: PhaseData) -> int:
 def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> int:
     """Set λ of the ``chosen`` conditions for ``right``, of the others 0; return 0 if they are not independent, else 1.
 
-    If ``sliding`` is 0, K = G.
+    They stand island by island. If ``sliding`` is 0, K = G.
     """
-    n, lam, square, nu = phase.n, phase.lam, phase.square, phase.nu
     if size < phase.conditions:
         for i in range(phase.conditions):
-            lam[i] = 0.0
+            phase.lam[i] = 0.0
+    first, good = 0, 1
+    while first < size and good != 0:
+        count = 1
+        while first + count < size and phase.island[chosen[first + count]] == phase.island[chosen[first]]:
+            count += 1
+        good = solved_in(phase, chosen[first:], count, sliding)
+        first += count
+    return good
+
+
+@compiled
+def solved_in(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> int:
+    """Set λ of conditions of one island as `independent` does."""
+    lam, square, nu = phase.lam, phase.square, phase.nu
     for a in range(size):
-        G = phase.G[chosen[a]]
         if sliding != 0:
             for b in range(size):
-                square[a, b] = inner(G, force_row(phase, chosen[b]), n)
+                square[a, b] = joint(phase, chosen[a], chosen[b], force_row(phase, chosen[b]))
         else:
             for b in range(a + 1):
-                square[a, b] = inner(G, phase.G[chosen[b]], n)
+                square[a, b] = joint(phase, chosen[a], chosen[b], phase.G[chosen[b]])
                 square[b, a] = square[a, b]
         square[a, size] = phase.right[chosen[a]]
     if eliminated(phase, size) == 0:
@@ -308,7 +382,7 @@ def push_along(phase: PhaseData, z: Reals, r: int, force: float) -> None:
     """Add a force along a row of the contacts to z."""
     spare = phase.spare
     row_taken(phase, r, spare)
-    forwarded(phase, spare)
+    forwarded(phase, spare, 0, phase.n)
     for i in range(phase.n):
         z[i] += force * spare[i]
 
@@ -325,7 +399,7 @@ def balance(phase: PhaseData) -> int:
     for p in range(n):
         w[p] = z[p]
     for i in range(count):
-        phase.right[i] = -(gamma_of(phase, i) + inner(phase.G[i], w, n))
+        phase.right[i] = -(gamma_of(phase, i) + between(phase.G[i], w, phase.low[i], phase.high[i], n))
     good = 1
     if count > phase.active:
         good = shared(phase)
@@ -333,8 +407,7 @@ def balance(phase: PhaseData) -> int:
         good = independent(phase, phase.independent, count, phase.slipping)
     for i in range(count):
         x, K, k = phase.lam[i], force_row(phase, i), phase.source[i]
-        for p in components(n):
-            w[p] += x * K[p]
+        add_in(phase, i, x, K)
         if k < 0:
             phase.multiplier[phase.number[-1 - k]] = x
         else:
@@ -378,6 +451,16 @@ def condition_force(phase: PhaseData, i: int) -> float:
 
 
 @compiled
+def product_of_shares(phase: PhaseData, a: int, forces: Reals) -> float:
+    """Return S of an independent condition times forces of all conditions."""
+    s, total = phase.island[phase.independent[a]], 0.0
+    for m in range(phase.member_at[s], phase.member_at[s + 1]):
+        i = phase.members[m]
+        total += phase.S[i, a - phase.active_at[s]] * forces[i]
+    return total
+
+
+@compiled
 def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals) -> int:
     """Set ``firsts`` to the forces that W = 1 shares, of the λ ``forces`` of a phase, and ``weights`` to its W.
 
@@ -390,10 +473,7 @@ def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals)
             good = 0
         phase.weight[i] = 1.0
     for a in range(phase.active):
-        total = 0.0
-        for i in range(phase.conditions):
-            total += phase.S[i, a] * forces[i]
-        phase.right[phase.independent[a]] = total
+        phase.right[phase.independent[a]] = product_of_shares(phase, a, forces)
     weighted(phase)
     for i in range(phase.conditions):
         firsts[i] = phase.lam[i]

@@ -99,14 +99,14 @@ def force_of(phase: PhaseData, k: int) -> Reals:
 
 
 @compiled
-def forwarded(phase: PhaseData, v: Reals) -> None:
-    """Replace v, in the order of elimination, by D^-½ L⁻¹ v."""
-    L, below, n = phase.L, phase.below, phase.n
-    if phase.starts[n] == 0:  # M is diagonal: a free body
-        for k in range(n):
+def forwarded(phase: PhaseData, v: Reals, low: int, high: int) -> None:
+    """Replace v, in the order of elimination, by D^-½ L⁻¹ v, from ``low`` up to ``high``: it is zero elsewhere."""
+    L, below = phase.L, phase.below
+    if phase.starts[phase.n] == 0:  # M is diagonal: a free body
+        for k in range(low, high):
             v[k] *= phase.scale[k]
         return
-    for k in range(n):
+    for k in range(low, high):
         x = v[k]
         if x != 0.0:
             for p in range(phase.starts[k], phase.starts[k + 1]):
@@ -129,7 +129,13 @@ def moved(phase: PhaseData, v: Reals, step: Reals) -> None:
 @compiled
 def row_taken(phase: PhaseData, r: int, v: Reals) -> None:
     """Set v to row r of the contacts, in the order of elimination."""
-    for k in range(phase.n):
+    row_taken_in(phase, r, v, 0, phase.n)
+
+
+@inlined
+def row_taken_in(phase: PhaseData, r: int, v: Reals, low: int, high: int) -> None:
+    """Set v to row r of the contacts as `row_taken` does, from ``low`` up to ``high``: it is zero elsewhere."""
+    for k in range(low, high):
         v[k] = 0.0
     columns, W = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :]
     for p in range(phase.entries[r]):

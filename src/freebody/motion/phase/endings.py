@@ -29,8 +29,10 @@ def parts_of_forces(phase: PhaseData) -> float:
     λ_i = -(γ_i + Σ_j w_j f_j)/(G M⁻¹ Gᵀ)_ii,      of which |γ_i| and all |w_j f_j| are summed
     """
     z, total = phase.free, 0.0
-    for a in range(phase.own, phase.active):
+    for a in range(phase.active):
         i = phase.independent[a]
+        if phase.source[i] < 0:
+            continue
         G, size = phase.G[i], abs(gamma_of(phase, i))
         for k in range(phase.n):
             size += abs(G[k] * z[k])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, compiled
+from ..cones.block_rows import join, root_of
 from . import laws
 from .phase_record import PhaseData
 
@@ -57,16 +58,71 @@ def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integer
             phase.force_row[normal] = phase.most_conditions + slipping
             slipping += 1
     phase.conditions, phase.active, phase.slipping = at, own + count, 1 if slipping > 0 else 0
+    for a in range(own + count):
+        phase.independent[a] = a if a < own else own + active[a - own]
+    find_islands(phase)
     phase.holonomics = 0
     for a in range(own + count):
-        i = a if a < own else own + active[a - own]
-        phase.independent[a] = i
-        if phase.on_coordinates[a] != 0 if a < own else phase.row_of[i] == 0:
+        i = phase.independent[a]
+        if phase.on_coordinates[i] != 0 if i < own else phase.row_of[i] == 0:
             phase.holonomic[phase.holonomics] = i
             phase.holonomics += 1
     if phase.endings > 0:
         set_endings(phase, modes, dead)
     set_closed(phase, modes)
+
+
+@compiled
+def find_islands(phase: PhaseData) -> None:
+    """Find the islands of the conditions, and list the conditions, and the independent ones, island by island."""
+    parent, number, size = phase.parent, phase.number_of, phase.conditions
+    for b in range(phase.blocks):
+        parent[b], number[b] = b, -1
+    for i in range(size):
+        k = phase.source[i]
+        if k >= 0:
+            join(parent, phase.beside_of[2 * k], phase.beside_of[2 * k + 1])
+    phase.islands = 0
+    for i in range(size):
+        k = phase.source[i]
+        one = phase.own_block[-1 - k] if k < 0 else phase.beside_of[2 * k]
+        set_places(phase, i, one, one if k < 0 else phase.beside_of[2 * k + 1])
+        b = root_of(parent, one)
+        if number[b] < 0:
+            number[b] = phase.islands
+            phase.islands += 1
+        phase.island[i] = number[b]
+    in_order(phase, phase.independent, phase.active, phase.active_at)
+    for i in range(size):
+        phase.members[i] = i
+    in_order(phase, phase.members, size, phase.member_at)
+
+
+@compiled
+def set_places(phase: PhaseData, i: int, one: int, other: int) -> None:
+    """Set between which places a condition has speeds of two blocks, and its rows to zero."""
+    low, high = phase.block_low, phase.block_high
+    phase.low[i] = low[one] if low[one] < low[other] else low[other]
+    phase.high[i] = high[one] if high[one] > high[other] else high[other]
+    G, K = phase.G[i], phase.G[phase.force_row[i]]
+    for p in range(phase.n):
+        G[p] = K[p] = 0.0
+
+
+@compiled
+def in_order(phase: PhaseData, conditions: Integers, count: int, first: Integers) -> None:
+    """Sort conditions by their islands, and set the ``first`` of each island."""
+    for a in range(1, count):
+        i, b = conditions[a], a
+        while b > 0 and phase.island[conditions[b - 1]] > phase.island[i]:
+            conditions[b] = conditions[b - 1]
+            b -= 1
+        conditions[b] = i
+    a = 0
+    for s in range(phase.islands + 1):
+        while a < count and phase.island[conditions[a]] < s:
+            a += 1
+        first[s] = a
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -130,7 +131,8 @@ def _made(
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
         equations=padded(active + 1), width=padded(n),
         asked=sum(map(len, asked)), of_inputs=model.n_q + n + len(asked),
-        rows_of_G_and_K=conditions + slipping, **constants,
+        rows_of_G_and_K=conditions + slipping, after_conditions=conditions + 1,
+        blocks=len(pattern.blocks.starts) - 1, of_contacts_twice=2 * len(phase.modes), **constants,
     )  # fmt: skip
     names = [contact.name for contact in model.contacts]
     terms = [(names.index(k), NAMES.index(what), j, at) for at, one in enumerate(asked) for k, what, j in one]
@@ -170,6 +172,11 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
     data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
     data.presser[:], data.loaded[:] = scene.presser, scene.loaded
+    place = np.argsort(pattern.order)  # of each speed
+    for b, (first, last) in enumerate(pairwise(pattern.blocks.starts)):
+        data.block_low[b] = place[first:last].min(initial=data.n)
+        data.block_high[b] = 1 + place[first:last].max(initial=-1)
+    data.beside_of[:], data.own_block[:] = np.ravel(pattern.blocks.contacts), pattern.blocks.own
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
     data.entry[:], data.entries[:], place = np.array(pattern.rows, dtype=np.int64).reshape(-1, 3).T

@@ -222,7 +222,7 @@ def rate(t: float, y: Reals, c: Reals, out: Reals) -> None:
 def response(phase: PhaseData, v: Reals, X: Reals) -> None:
     """Set X to M⁻¹ v with the conditions of the phase enforced; v, in the order of elimination, is overwritten."""
     n = phase.n
-    forwarded(phase, v)
+    forwarded(phase, v, 0, phase.n)
     for i in range(phase.conditions):
         phase.right[i] = -product(phase.G[i], v, n)
     if phase.active > 0 and independent(phase, phase.independent, phase.active, 0) != 0:

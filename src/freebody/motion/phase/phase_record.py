@@ -27,6 +27,7 @@ class PhaseData(Record):
     ``adhesive_count``          contacts that bear a pull
     ``driven``                  1 if there is a kernel ``power``
     ``loaded_count``            joints whose load bounds their friction
+    ``blocks``                  blocks of speeds (`candidates.SpeedBlocks`)
 
     Kernels, each with its constants:
 
@@ -81,10 +82,17 @@ class PhaseData(Record):
     ``source``, ``row_of``      contact, or -1 - the machine's condition; row of the contact
     ``slip``                    direction of slip
     ``normal_of``               condition of the normal of a tangent or -1
+    ``islands``                 number of islands: sets of conditions that share no speeds with others
+    ``island``, ``members``, ``member_at``, ``active_at``    island of each condition, these by islands, and the first
+                                of each island among these and among the independent ones
+    ``parent``, ``number_of``   island of each block while conditions join them, and its number
+    ``low``, ``high``           places in the order of elimination between which a condition has speeds;
+                                ``block_low``, ``block_high``: of each block
+    ``beside_of``, ``own_block``    blocks of each contact, and of the conditions of the machine
     ``G``, ``force_row``        rows D^-½ L⁻¹ Gᵀ of conditions, then D^-½ L⁻¹ Kᵀ of slipping contacts; the row of K of
                                 each condition
     ``right``, ``lam``, ``weight``    right-hand sides, λ, and the diagonal of W
-    ``S``, ``Q``                G M⁻¹ Kᵀ and G M⁻¹ Gᵀ; for each condition, a number for each active one
+    ``S``, ``Q``                G M⁻¹ Kᵀ and G M⁻¹ Gᵀ; for each condition, a number for each active one of its island
     ``square``, ``given_square``, ``nu``    equations of active conditions with their right-hand sides, these without,
                                 and their solution
 
@@ -117,6 +125,7 @@ class PhaseData(Record):
     adhesive_count: Count
     driven: Count
     loaded_count: Count
+    blocks: Count
     machine: Kernel
     values: Kernel
     power: Kernel
@@ -192,6 +201,19 @@ class PhaseData(Record):
     conditions: Whole
     active: Whole
     independent: Annotated[Wholes, "most_conditions"]
+    islands: Whole
+    island: Annotated[Wholes, "most_conditions"]
+    members: Annotated[Wholes, "most_conditions"]
+    member_at: Annotated[Wholes, "after_conditions"]
+    active_at: Annotated[Wholes, "after_conditions"]
+    parent: Annotated[Wholes, "blocks"]
+    number_of: Annotated[Wholes, "blocks"]
+    low: Annotated[Wholes, "most_conditions"]
+    high: Annotated[Wholes, "most_conditions"]
+    block_low: Annotated[Wholes, "blocks"]
+    block_high: Annotated[Wholes, "blocks"]
+    beside_of: Annotated[Wholes, "of_contacts_twice"]
+    own_block: Annotated[Wholes, "own"]
     holonomics: Whole
     holonomic: Annotated[Wholes, "most_conditions"]
     slipping: Whole

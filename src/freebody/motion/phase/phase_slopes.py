@@ -34,6 +34,7 @@ from .closed_contacts import (
     force_row,
     independent,
     mean_normal,
+    product_of_shares,
     set_weights,
     weighted,
 )
@@ -155,7 +156,7 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
         z[p] = -it.inertia[phase.order[p]]
     for i in range(phase.conditions):
         condition_load(it, phase, z, i, phase.lam[i])
-    forwarded(phase, z)
+    forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
         own = condition_change(it, phase, i, it.udot)
         shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
@@ -165,8 +166,7 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
 def shared_change(it: PhaseSlopes, phase: PhaseData, shares: Reals) -> None:
     """Set λ of all conditions to the derivatives of forces of equal compliance for ``right``."""
     for a in range(phase.active):
-        for i in range(phase.conditions):
-            phase.right[phase.independent[a]] -= phase.S[i, a] * shares[i]
+        phase.right[phase.independent[a]] -= product_of_shares(phase, a, shares)
     weighted(phase)
     for i in range(phase.conditions):
         phase.lam[i] += shares[i]
@@ -247,9 +247,8 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
             weight[i] = 1.0
         goals(it, phase, 1)
         shared_change(it, phase, it.first_leans)
-        mean = mean_normal(phase, phase.lam, 0.0)
         for i in range(phase.conditions):
-            k, change = phase.source[i], mean
+            k, change = phase.source[i], mean_normal(phase, phase.island[i], phase.lam, 0.0)
             if phase.normal_of[i] >= 0:
                 change = phase.lam[phase.normal_of[i]]
             elif k >= 0 and phase.held[k] != 0:
@@ -306,7 +305,7 @@ def goals(it: PhaseSlopes, phase: PhaseData, first: int) -> None:
         it.force[r] = 0.0
     turn_friction(it, phase)
     push_along(it, phase)
-    forwarded(phase, z)
+    forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
         phase.right[i] = -(bias_along(it, phase, i) + product(phase.G[i], z, n))
 

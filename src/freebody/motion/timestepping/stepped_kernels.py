@@ -31,7 +31,7 @@ from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..phase.candidates import layout_of, stretched
+from ..phase.candidates import coupled_speeds, layout_of, speeds_inward, stretched
 
 Whole = Any  # array of int64
 
@@ -72,22 +72,7 @@ def _shape(
     reaches: Sequence[int], turning: bool,
 ) -> Shape:  # fmt: skip
     """Return the shape for the speeds of which M or G couple some, and those that each row of W and G has."""
-    n = model.n_u
-    root = list(range(n))
-
-    def find(i: int) -> int:
-        while root[i] != i:
-            i = root[i]
-        return i
-
-    for group in coupled:
-        for a, b in zip(group, group[1:], strict=False):
-            i, j = sorted((find(a), find(b)))
-            root[j] = i
-    members: dict[int, list[int]] = {}
-    for i in range(n):
-        members.setdefault(find(i), []).append(i)
-    groups = list(members.values())
+    groups = coupled_speeds(model.n_u, coupled)
     block_of = {i: k for k, group in enumerate(groups) for i in group}
     first, tangents, m = layout_of(model)
     over = [sorted({block_of[j] for j in speeds}) for speeds in moved]
@@ -119,17 +104,6 @@ def _shape(
         np.array([k for k, count in enumerate(reaches) for _ in range(count)], dtype=np.int64),
         turning,
     )
-
-
-def speeds_inward(model: Model) -> list[list[int]]:
-    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
-    result: list[list[int]] = []
-    for link in model.links:
-        own = [j for j, _ in link.partials]
-        if link.u >= 0:
-            own = list(range(link.u, link.u + (link.n_speeds)))
-        result.append(own + (result[link.parent] if link.parent >= 0 else []))
-    return result
 
 
 def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:

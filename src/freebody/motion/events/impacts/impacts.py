@@ -36,33 +36,66 @@ from ..moment import (
     normal_speed,
     slip_speed,
 )
-from ..problem import gather
+from ..problem import gather, split, take_all, take_island
 from ..shares import impulses_decide
 from .loaded_impacts import append_loaded, collided_under_loads
 
 
 @compiled
 def strike(it: EventRun, contacts: Contacts) -> int:
-    """Find the impulses of the approaching contacts; set ``hit``, 1 if there are any. Return a reason to stop, or 0."""
+    """Find the impulses of the approaching contacts; set ``hit``, 1 if there are any. Return a reason to stop, or 0.
+
+    ``open`` is 1 if others would move the machine otherwise.
+    """
     choose(it)
-    it.hit = 0
+    it.open = 0
     for r in range(it.rows):
         it.whole[r] = 0.0
-    for i in range(it.count):
-        if normal_speed(it, it.chosen[i]) < -it.still:
-            it.hit = 1
+    it.hit = is_hit(it)
     if it.hit == 0:
         return 0
     if it.loads > 0 and it.sequential != 0:
         return event_run.LOADED_IMPACT
     if it.loads > 0:
         append_loaded(it)
-    gather(it, contacts, 1, 1.0)
     contacts.still = it.still
-    status = one_by_one(it, contacts) if it.sequential != 0 else together(it, contacts)
+    if it.sequential != 0:
+        gather(it, contacts, 1, 1.0)
+        status = one_by_one(it, contacts)
+        take_impulses(it, contacts)
+        return status
+    split(it)
+    first, part, residual = 0, 1.0, 0.0
+    while first < it.concerned_count:
+        first = take_island(it, first)
+        if is_hit(it) != 0:
+            gather(it, contacts, 1, 1.0)
+            status = together(it, contacts)
+            if status != 0:
+                return status
+            take_impulses(it, contacts)
+            part, residual = lesser(part, contacts.part), greater(residual, contacts.residual)
+            if contacts.directions < contacts.rows and impulses_decide(it, contacts) != 0:
+                it.open = 1
+    take_all(it)
+    contacts.part, contacts.residual = part, residual
+    return 0
+
+
+@compiled
+def is_hit(it: EventRun) -> int:
+    """Return 1 if one of the chosen contacts approaches, else 0."""
+    for i in range(it.count):
+        if normal_speed(it, it.chosen[i]) < -it.still:
+            return 1
+    return 0
+
+
+@compiled
+def take_impulses(it: EventRun, contacts: Contacts) -> None:
+    """Take the impulses of the problem."""
     for a in range(contacts.rows):
         it.whole[it.list[a]] = contacts.forces[a]
-    return status
 
 
 @compiled
@@ -77,8 +110,7 @@ def rub(it: EventRun, contacts: Contacts) -> int:
     status = collided_under_loads(it, contacts)
     for r in range(it.rows):
         it.whole[r] = 0.0
-    for a in range(contacts.rows):
-        it.whole[it.list[a]] = contacts.forces[a]
+    take_impulses(it, contacts)
     move_speeds(it)
     return status
 
@@ -101,7 +133,6 @@ def collide(it: EventRun, contacts: Contacts) -> int:
     before = it.still
     move_speeds(it)
     copy(it.whole, it.force, it.rows)
-    it.open = impulses_decide(it, contacts) if contacts.directions < contacts.rows else 0
     look(it)
     it.worst = greater(it.worst, contacts.residual)
     log_impact(it, contacts, before)
