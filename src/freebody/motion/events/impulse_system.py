@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import copy, product_of, row_of, slip_speed
+from .moment import copy, row_of, slip_speed
 
 
 @compiled
@@ -33,10 +34,10 @@ def add_ray(it: EventRun, a: int, k: int) -> None:
 def ray_product(it: EventRun, a: int, b: int) -> float:
     """Return the change of the rate of row a of the list per unit of unknown b."""
     r, s = it.list[a], it.list[b]
-    total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
+    total = dot(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
     for j in range(event_run.RAY):
         if it.ray[b, j] != 0.0:
-            total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
+            total += it.ray[b, j] * dot(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
     return total
 
 
@@ -50,7 +51,7 @@ def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
     A, S, order = contacts.A, contacts.chosen, contacts.order
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            A[a * count + b] = dot(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
             S[a * count + b] = ray_product(it, a, b)
     kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
     for a in range(count):
@@ -68,12 +69,12 @@ def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
     A, S, order, square, nu, i = contacts.A, contacts.chosen, contacts.order, contacts.slope, it.nu, 0
     for a in range(count):
         if order[a] != 0:
-            nu[i], j = it.goal[a] - product_of(S[a * count :], it.x, count), 0
+            nu[i], j = it.goal[a] - dot(S[a * count :], it.x, count), 0
             for b in range(count):
                 if order[b] != 0:
                     square[i * kept + j] = S[a * count + b]
                     if kept < count:  # A is symmetric
-                        square[i * kept + j] = product_of(S[a * count :], A[b * count :], count)
+                        square[i * kept + j] = dot(S[a * count :], A[b * count :], count)
                     j += 1
             i += 1
     if solved(square, kept, nu) == 0:
@@ -120,7 +121,7 @@ def move_speeds(it: EventRun) -> None:
                 it.v[i] += it.whole[r] * it.X[r * n + i]
     for r in range(it.rows):
         if it.whole[r] != 0.0:
-            work += it.whole[r] * (it.rate[r] + product_of(row_of(it, it.W, r), it.v, n) / 2.0)
+            work += it.whole[r] * (it.rate[r] + dot(row_of(it, it.W, r), it.v, n) / 2.0)
     if it.moving != 0:
         work += work_of_drives(it)
     it.impulses += work
@@ -141,4 +142,4 @@ def work_of_drives(it: EventRun) -> float:
     for i in range(it.n):
         state[it.n_q + i] = 0.0
     it.rates_at(it.t, state, it.looking, it.x)
-    return result - product_of(it.whole, it.x, it.rows)
+    return result - dot(it.whole, it.x, it.rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
+from ..cones.block_rows import dot
 from ..phase.laws import CLOSED
 from .event_run import GAP_CLOSED, NORMAL_ZERO, STILL, EventRun
 
@@ -77,7 +78,7 @@ def pull(it: EventRun, k: int, change: int) -> None:
     for i in range(it.n):
         it.free[i] += force * X[i]
     for r in range(it.rows):
-        it.c[r] += force * product_of(row_of(it, it.W, r), X, it.n)
+        it.c[r] += force * dot(row_of(it, it.W, r), X, it.n)
     it.adhering[k] += change
 
 
@@ -90,7 +91,7 @@ def normal_speed(it: EventRun, k: int) -> float:
 @compiled
 def size_of(x: Reals, n: int) -> float:
     """Return the length of a vector."""
-    return root(product_of(x, x, n))
+    return root(dot(x, x, n))
 
 
 @compiled
@@ -174,15 +175,6 @@ def joined(it: EventRun) -> int:
             it.met[k], new = 1, 1
     it.met_at = it.t
     return new
-
-
-@compiled
-def product_of(a: Reals, b: Reals, n: int) -> float:
-    """Return a · b."""
-    total = 0.0
-    for i in range(n):
-        total += a[i] * b[i]
-    return total
 
 
 @compiled

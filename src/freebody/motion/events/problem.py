@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ...native.instructions import compiled
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from .event_run import NOISE, EventRun
-from .moment import largest, product_of, row_of, slip_speed
+from .moment import largest, row_of, slip_speed
 
 
 @compiled
@@ -41,8 +42,9 @@ def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
     for a in range(m):
         r = it.list[a]
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
-        for b in range(m):
-            contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+        for b in range(a + 1):
+            both = dot(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+            contacts.A[a * m + b] = contacts.A[b * m + a] = both
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])
@@ -65,7 +67,7 @@ def is_unloaded(it: EventRun, k: int) -> int:
     for i in range(it.n):
         size += abs(W[i])
     noise = NOISE * size * largest(it.free, it.n)
-    bound = it.coefficients[4 * k + 1] * it.given[k] * product_of(W, row_of(it, it.X, r), it.n)
+    bound = it.coefficients[4 * k + 1] * it.given[k] * dot(W, row_of(it, it.X, r), it.n)
     return 1 if abs(it.c[r]) <= noise and bound <= noise else 0
 
 

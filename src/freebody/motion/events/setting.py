@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, run_by
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..ode.states import to_unit
@@ -12,7 +13,7 @@ from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
 from .impulse_system import add_row, impelled
-from .moment import copy, largest, look, product_of, row_of, slip_speed
+from .moment import copy, largest, look, row_of, slip_speed
 
 
 @compiled
@@ -77,7 +78,7 @@ def find_active(it: EventRun, contacts: Contacts) -> None:
     count, A = listed(it), contacts.A
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            A[a * count + b] = dot(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
     factor(A, count, contacts.factors, laws.DEPENDENT, contacts.left, contacts.order)
     it.actives = 0
     for a in range(count):
@@ -119,7 +120,7 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
     """Return 1 if a row depends on the rows of the list, else 0."""
     X = row_of(it, it.X, r)
     for a in range(count):
-        it.goal[a] = product_of(row_of(it, it.W, it.list[a]), X, it.n)
+        it.goal[a] = dot(row_of(it, it.W, it.list[a]), X, it.n)
     impelled(it, contacts, count)
     rest, size = 0.0, 0.0
     for i in range(it.n):
@@ -239,9 +240,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
         contacts.friction[a] = contacts.static[a] = contacts.least[a] = 0.0
         contacts.slides[a], contacts.held[a], contacts.presser[a] = 0, 0, -1
         for b in range(count):
-            contacts.A[a * count + b] = product_of(
-                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n
-            )
+            contacts.A[a * count + b] = dot(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), n)
     run_by(it.finding, contacts)
     displace(it, contacts.forces, count)
 
