@@ -65,6 +65,7 @@ def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     run, begun = wide.run, one.run
     run.t[lane], run.h[lane], run.start[lane], run.until[lane] = begun.t, begun.h, begun.start, begun.until
     run.longest[lane], run.old_error[lane], run.fixed[lane] = begun.longest, begun.old_error, begun.fixed
+    run.allowed[lane], run.trend[lane] = begun.allowed, begun.trend
     run.after_rejection[lane] = run.suspect[lane] = run.calm[lane] = run.blame[lane] = 0
     wide.longest[lane] = 0.0
     for j in range(batch.n_constants):

@@ -101,6 +101,7 @@ class Run(Record):
 
     ``until``, ``longest``, ``start``    end of the run, longest step, and start of the run
     ``old_error``       error of the step before
+    ``allowed``, ``trend``    length that its error allowed, 0 without one, and its ratio to that of the step before it
     ``accepted``, ``events``             steps and events of this piece of the run; ``taken``: steps of the whole run
     ``blame``           component or event function to blame for a failure
     ``suspect``, ``calm``, ``stiffness`` steps that the region of stability may have limited; consecutive steps that it
@@ -140,6 +141,8 @@ class Run(Record):
     stop_if_stiff: Whole
     fixed: Whole
     required: Whole
+    allowed: Real
+    trend: Real
     after: Real
     error: Real
     reached: Real
@@ -258,8 +261,8 @@ class Newton(Record):
     ``z``, ``before``, ``saved``  stages of this step, of the one before, of the saved one; ``w`` = T⁻¹ z
     ``length_before``, ``length``, ``saved_length``    lengths of these steps; 0 if there is none before
     ``factored``                  length of the step of the factors, or 0
-    ``fresh``, ``good``           1 if J is that of the start; 1 if the last step converged at once
-    ``convergence``               rate of convergence
+    ``fresh``, ``good``           1 if J is that of the start; 1 if it serves for the next step, too
+    ``turns``                     turns of the iteration of the last step
     ``J``                         ∂f/∂y by columns; ``real``, ``re``, ``im``: factors of γ/h - J and of (α + iβ)/h - J
     """
 
@@ -269,9 +272,9 @@ class Newton(Record):
     length: Real
     saved_length: Real
     factored: Real
-    convergence: Real
     fresh: Whole
     good: Whole
+    turns: Whole
     z: Annotated[Rows, 3, "width"]
     saved: Annotated[Rows, 3, "width"]
     before: Annotated[Rows, 3, "width"]

@@ -182,12 +182,13 @@ def error_between(run: Run, e: int) -> float:
 @part
 def is_noise(run: Run, e: int, error: float) -> int:
     """Return 1 if the error of a function comes from round-off: the function changes as much in the shortest time."""
-    search, jump = run.search, 0.0
     shortest = 64.0 * EPS * greater(1.0, abs(run.t / run.h))
     for k in range(PARTS):
-        x = search.seen + (k + 0.5) / PARTS * search.span
-        jump = greater(jump, abs(event_value(run, e, x + shortest) - event_value(run, e, x)))
-    return 1 if error <= CLEAR * CLEAR * jump else 0
+        x = run.search.seen + (k + 0.5) / PARTS * run.search.span
+        jump = abs(event_value(run, e, x + shortest) - event_value(run, e, x))
+        if error <= CLEAR * CLEAR * jump:
+            return 1
+    return 0
 
 
 @part
