@@ -202,8 +202,8 @@ def refused(kind, seed, monkeypatch):
     """Return a machine, its motion, and why it ends: "", Painlevé's paradox or a jam.
 
     A paradox has no set of modes with a motion. In a jam s = A_NN - μ d·A_NT falls to zero by the force N = b/s itself,
-    s' ~ -N, so that N is proportional to the root of 1/(t_end - t). A motion that starts shortly before ends there, too;
-    time steps pass it by an impulse.
+    s' ~ -N, so that N is proportional to the root of 1/(t_end - t). A motion that starts shortly before ends there,
+    too; time steps pass it by an impulse.
     """
     counts, paradox = [], refusals.paradox
 

@@ -133,12 +133,13 @@ def reasons(it: EventRun, run: Run) -> int:
                 called = 1
     if called != 0:
         clear_reasons(it, event_run.BLOW)
-    for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end
+    # at the end of a side N may reach 0 too: the reason is the end. A compliant contact that opens has a cone of size 0
+    for turn in range(3):
         for e in range(run.events):
             i = search.log_numbers[e] - it.events
             if i >= 0:
                 law = phase.law[i]
-                if (turn == 0) == (law == laws.NORMAL):
+                if turn == (0 if law == laws.NORMAL else 2 if law == laws.RELEASE else 1):
                     set_reason(it, i, law)
                 if law == laws.GAP and it.followed > 0:
                     closes = 1

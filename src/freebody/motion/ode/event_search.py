@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import EPS, Parts, Truth, greater, lesser, root
-from .run import PARTS, Run
+from .run import MARGIN, PARTS, Run
 from .states import are_finite, dense_state, state_in_step
 from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, tabulate
 
@@ -121,9 +121,11 @@ def is_long(run: Run) -> Truth:
 @part
 def go_on(run: Run, points: int, longer: Truth) -> None:
     """Go to the next window, twice as long if it may be; the values at the end of this one are those at its start."""
-    search = run.search
+    search, table = run.search, run.search.table
+    search.has_slopes = 1 if points == PARTS + 2 else 0
     for e in range(search.count):
-        search.table[0, e] = search.table[points, e]
+        search.slopes[e] = (table[points, e] - table[PARTS + 1, e]) / (MARGIN * search.span * run.h)
+        table[0, e] = table[points, e]
     search.seen = 1.0 if search.reach <= 1.0 else search.seen + search.span
     if longer:
         search.span *= 2.0

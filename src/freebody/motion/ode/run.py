@@ -63,6 +63,7 @@ class Search(Record):
     ``seen``, ``span``       fraction of the step that has been searched (1 between two steps), and length of the next
                              window
     ``differences``, ``decay``    differences of the values of a function, and how they decay (`error_between`)
+    ``has_slopes``, ``slopes``    1 if the slopes of the functions at the start of the window are known, and these [1/s]
     ``unresolved``           number of shortest windows of the step that do not resolve a function
     ``table``     values at the points of the window, and the fraction of the step
     ``signs``     last nonzero sign of each function, 0 until there is one
@@ -80,6 +81,8 @@ class Search(Record):
     unresolved: Whole
     decay: Real
     differences: Annotated[Row, EVENLY]
+    has_slopes: Whole
+    slopes: Annotated[Row, "count"]
     culprit: Whole
     directions: Annotated[Wholes, "count"]
     terminal: Annotated[Wholes, "count"]
@@ -118,6 +121,7 @@ class Run(Record):
     ``dense``, ``point``    coefficients of the dense output, and a state inside the step
     ``error``           error of the step
     ``reached``         fraction of the step whose state, of a shorter step, ``point`` is; -1 if it is another
+    ``base``, ``beside``    fraction of the step at the end of its first shorter step, -1 without; state and rates there
     ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
     """
 
@@ -146,6 +150,7 @@ class Run(Record):
     after: Real
     error: Real
     reached: Real
+    base: Real
     last: Whole
     rates: Kernel
     c: Row
@@ -167,6 +172,7 @@ class Run(Record):
     error3: Annotated[Row, "width"]
     dense: Annotated[Rows, 6, "width"]
     point: Annotated[Row, "width"]
+    beside: Annotated[Rows, 2, "width"]
     end: Annotated[Row, "width"]
     search: Search
     room: Whole

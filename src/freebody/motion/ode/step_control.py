@@ -262,6 +262,7 @@ def look(run: Run) -> int:
     Return UNDEFINED if a required function has no value, else RUNNING. Those that are guarded may be infinite.
     """
     search, values = run.search, run.search.table[0]
+    search.has_slopes = 0
     search.functions(run.t, run.y, search.c, values)
     for e in range(search.count):
         search.signs[e] = 1 if values[e] > 0.0 else (-1 if values[e] < 0.0 else 0)
@@ -331,7 +332,8 @@ def follow_events(run: Run) -> int:
             method.densify(run)
         if method.expect is not None:
             method.expect(run, run.h)
-        search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
+        search.seen, search.span, search.unresolved = 0.0, 1.0, 0
+        run.reached = run.base = -1.0
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first, rejects = False, 1 if logged >= 0 and run.fixed == 0 else 0
