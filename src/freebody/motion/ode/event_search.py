@@ -42,7 +42,7 @@ def find_events(run: Run, rejects: int) -> int:
 
     Return their number, and describe them in order of time. A change of sign through infinity is no zero. If a required
     function has no value, or too many zeros, the search ends there. If a guarded function changes its sign through
-    infinity and ``rejects`` is 1, return `THROUGH_INFINITY`, unless the step is brief.
+    infinity and ``rejects`` is 1, return `THROUGH_INFINITY`; in a brief step that is an event.
 
     Row k of the table holds all functions at the k-th point of the window, and x. Its first row comes from the window
     before. A function that arrives at zero is recorded there, and not again when it leaves. A function that begins at
@@ -86,8 +86,10 @@ def find_events(run: Run, rejects: int) -> int:
                     count = record_event(run, count, x, e, sign)
                 elif x < -1.0 and e < named:
                     reach, culprit = lesser(reach, xa), e
-                elif rejects != 0 and e >= n - search.guarded and abs(a) + abs(b) < math.inf:
-                    return THROUGH_INFINITY
+                elif e >= n - search.guarded and abs(a) + abs(b) < math.inf:
+                    if rejects != 0 and is_long(run):
+                        return THROUGH_INFINITY
+                    count = record_event(run, count, xb, e, sign)
             elif k > 1:
                 o, xo = table[k - 2, e], table[k - 2, n]
                 if o != 0.0 and (o > 0.0) == (a > 0.0) and abs(a) < abs(o) and abs(a) <= abs(b):
