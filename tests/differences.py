@@ -13,7 +13,7 @@ def check_differences(s, until, names, initial, **options):
     motion = fb.simulate(s, until, initial=initial, sensitivities=list(names), **options)
     for name in names:
         value = initial[name] if name in initial else float(motion.values[name])
-        h, ends = 1e-5 * max(abs(value), 1e-3), []
+        h, ends = 1e-4 * max(abs(value), 1e-3), []
         for k in (1, -1, 2, -2):
             change = {name: value + k * h}
             changed = (

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import event_run
 from .event_run import EventRun
-from .moment import copy, product_of, response, row_of, slip_speed
+from .moment import copy, response, row_of, slip_speed
 from .problem import apart, couple, name_island
 
 
@@ -119,12 +120,12 @@ def improved(it: EventRun, contacts: Contacts, first: int, count: int, kept: int
     x = it.x[first:]
     for a in range(count):
         if order[a] != 0:
-            nu[i], j = it.goal[first + a] - product_of(S[a * count :], x, count), 0
+            nu[i], j = it.goal[first + a] - dot(S[a * count :], x, count), 0
             for b in range(count):
                 if order[b] != 0:
                     square[i * kept + j] = S[a * count + b]
                     if kept < count:  # A is symmetric
-                        square[i * kept + j] = product_of(S[a * count :], A[b * count :], count)
+                        square[i * kept + j] = dot(S[a * count :], A[b * count :], count)
                     j += 1
             i += 1
     if solved(square, kept, nu) == 0:
@@ -163,7 +164,7 @@ def move_speeds(it: EventRun) -> None:
                 it.v[i] += it.whole[r] * it.X[r * n + i]
     for r in range(it.rows):
         if it.whole[r] != 0.0:
-            work += it.whole[r] * (it.rate[r] + product_of(row_of(it, it.W, r), it.v, n) / 2.0)
+            work += it.whole[r] * (it.rate[r] + dot(row_of(it, it.W, r), it.v, n) / 2.0)
     if it.moving != 0:
         work += work_of_drives(it)
     it.impulses += work
@@ -184,4 +185,4 @@ def work_of_drives(it: EventRun) -> float:
     for i in range(it.n):
         state[it.n_q + i] = 0.0
     it.rates_at(it.t, state, it.looking, it.x)
-    return result - product_of(it.whole, it.x, it.rows)
+    return result - dot(it.whole, it.x, it.rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
+from ..cones.block_rows import dot
 from ..phase.laws import CLOSED
 from .event_run import GAP_CLOSED, NORMAL_ZERO, STILL, EventRun
 
@@ -77,7 +78,7 @@ def pull(it: EventRun, k: int, change: int) -> None:
     for i in range(it.n):
         it.free[i] += force * X[i]
     for r in range(it.rows):
-        it.c[r] += force * product_of(row_of(it, it.W, r), X, it.n)
+        it.c[r] += force * dot(row_of(it, it.W, r), X, it.n)
     it.adhering[k] += change
 
 
@@ -90,7 +91,7 @@ def normal_speed(it: EventRun, k: int) -> float:
 @compiled
 def size_of(x: Reals, n: int) -> float:
     """Return the length of a vector."""
-    return root(product_of(x, x, n))
+    return root(dot(x, x, n))
 
 
 @compiled
@@ -177,26 +178,17 @@ def joined(it: EventRun) -> int:
 
 
 @compiled
-def product_of(a: Reals, b: Reals, n: int) -> float:
-    """Return a · b."""
-    total = 0.0
-    for i in range(n):
-        total += a[i] * b[i]
-    return total
-
-
-@compiled
 def response(it: EventRun, r: int, s: int) -> float:
     """Return W_r M⁻¹ W_sᵀ, the change of the rate of row r per unit of impulse of row s."""
     W, X = row_of(it, it.W, r), row_of(it, it.X, s)
     if it.blocks == 1:
-        return product_of(W, X, it.n)
+        return dot(W, X, it.n)
     total = 0.0
     for i in range(2):
         b, c = it.beside[2 * it.owner[r] + i], 2 * it.owner[s]
         if (b == it.beside[c] or b == it.beside[c + 1]) and (i == 0 or b != it.beside[2 * it.owner[r]]):
             first = it.starts[b]
-            total += product_of(W[first:], X[first:], it.starts[b + 1] - first)
+            total += dot(W[first:], X[first:], it.starts[b + 1] - first)
     return total
 
 

@@ -100,8 +100,8 @@ def gather(it: EventRun, contacts: Contacts, impact: int, time: float) -> None:
     for a in range(m):
         r = it.list[a]
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
-        for b in range(m):
-            contacts.A[a * m + b] = response(it, r, it.list[b])
+        for b in range(a + 1):
+            contacts.A[a * m + b] = contacts.A[b * m + a] = response(it, r, it.list[b])
     for i in range(it.count):
         if it.compliant[it.chosen[i]] != 0:
             press(contacts, contacts.at[i], contacts.least[i])

@@ -14,6 +14,7 @@ The plane of the disk and friction laws of points stay those of any contact.
 from __future__ import annotations
 
 from ...native.instructions import compiled, root
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
@@ -22,7 +23,7 @@ from . import event_run
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
-from .moment import choose_all, look, normal_speed, product_of, row_of
+from .moment import choose_all, look, normal_speed, row_of
 from .setting import displace, normalise
 from .slips import scale_of
 
@@ -115,7 +116,7 @@ def acceleration_of(it: EventRun, k: int) -> float:
         it.v[p] = 0.0
         for s in range(it.rows):
             it.v[p] += it.force[s] * it.X[s * it.n + p]
-    return it.c[r] + product_of(row_of(it, it.W, r), it.v, it.n)
+    return it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
 
 
 @compiled

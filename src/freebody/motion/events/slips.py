@@ -7,6 +7,7 @@ steps, of 1 µs at most, with the accelerations at the start. They end where a c
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, root
+from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
 from ..ode.run import Run
@@ -18,7 +19,7 @@ from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, impelled, move_speeds
 from .log import log_phase, log_state
-from .moment import approaches, copy, is_smooth, largest, look, product_of, response, row_of, slip_speed
+from .moment import approaches, copy, is_smooth, largest, look, response, row_of, slip_speed
 from .setting import begins_slip, leaves_rest, project, set_up
 
 DEAD = 1e-16
@@ -55,7 +56,7 @@ def slip_acceleration(it: EventRun, k: int) -> float:
             it.v[i] += it.force[r] * it.X[r * it.n + i]
     for j in range(it.tangents[k]):
         r = it.first[k] + 1 + j
-        a = it.c[r] + product_of(row_of(it, it.W, r), it.v, it.n)
+        a = it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
         square += a * a
     return root(square)
 
@@ -175,7 +176,7 @@ def upset(it: EventRun, own: int, length: float) -> int:
     for k in range(it.contacts):
         if k != own and it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
             r, speed = it.first[k] + 1, slip_speed(it, k)
-            along = product_of(it.rate[r:], it.speeds[r:], 2)
+            along = dot(it.rate[r:], it.speeds[r:], 2)
             across = it.rate[r] * it.speeds[r + 1] - it.rate[r + 1] * it.speeds[r]
             turns = length * (abs(across) + greater(along, 0.0)) > speed * speed
             if it.still < speed and (turns or -along * length > 2.0 * speed * speed):
@@ -207,7 +208,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
     if whole != 0:
         slip_acceleration(it, 0)  # sets the change by the forces
         for r in range(it.rows):
-            it.speeds[r] = it.c[r] + product_of(row_of(it, it.W, r), it.v, n)
+            it.speeds[r] = it.c[r] + dot(row_of(it, it.W, r), it.v, n)
         if upset(it, -1, length) != 0:
             return UPSET
     copy(it.y, it.start, it.n_y)
@@ -272,7 +273,7 @@ def fading(it: EventRun, slows: int) -> int:
                 it.accelerations(it.t, it.y, it.phase, it.speeds)
                 known = 1
             r = it.first[k] + 1
-            if product_of(it.rate[r:], it.speeds[r:], 2) < 0.0:
+            if dot(it.rate[r:], it.speeds[r:], 2) < 0.0:
                 return k
     return -1
 
@@ -383,7 +384,7 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         stop(it, contacts, 0)
         return 1
     it.accelerations(it.t, it.y, it.phase, it.speeds)
-    slowing = -product_of(it.rate[r:], it.speeds[r:], 2) / speed
+    slowing = -dot(it.rate[r:], it.speeds[r:], 2) / speed
     if not slowing > 0.0:  # it turns as it slows: a new slip begins, or it sticks
         stop(it, contacts, 0)
         return 1

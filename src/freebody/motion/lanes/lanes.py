@@ -65,6 +65,7 @@ def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     run, begun = wide.run, one.run
     run.t[lane], run.h[lane], run.start[lane], run.until[lane] = begun.t, begun.h, begun.start, begun.until
     run.longest[lane], run.old_error[lane], run.fixed[lane] = begun.longest, begun.old_error, begun.fixed
+    run.allowed[lane], run.trend[lane] = begun.allowed, begun.trend
     run.after_rejection[lane] = run.suspect[lane] = run.calm[lane] = run.blame[lane] = 0
     wide.longest[lane] = 0.0
     for j in range(batch.n_constants):
@@ -81,10 +82,12 @@ def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
 def lift(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     """Copy the step of a lane into the memory of one run."""
     run, step = wide.run, one.run
-    step.t, step.h, step.after, step.reached = run.t[lane], run.h[lane], run.after[lane], -1.0
+    step.t, step.h, step.after = run.t[lane], run.h[lane], run.after[lane]
+    step.reached = step.base = -1.0
     for i in range(run.n):
         step.y[i], step.y_new[i], step.end[i] = run.y[i][lane], run.y_new[i][lane], run.end[i][lane]
     method.lift(run, lane, step)
+    step.search.has_slopes = 0
     if batch.near_limits != 0:
         for e in range(batch.n_watched):
             step.search.table[0, e] = run.search.table[0, e][lane]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import EPS, Parts, Truth, greater, lesser, root
-from .run import PARTS, Run
+from .run import MARGIN, PARTS, Run
 from .states import are_finite, dense_state, state_in_step
 from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, tabulate
 
@@ -28,17 +28,21 @@ FINEST = 1.0 / 4096.0
 MOST = 64
 FARTHEST = 0.02
 """Greatest fraction of the step by which an event moves from the dense output to the states."""
+THROUGH_INFINITY = -1
+"""In place of a number of events: a guarded function passes through infinity, as the force of a contact does where its
+slip turns round unseen."""
 TOO_LONG, BRIEF = -2.0, 2.0**-32
 """Answer that a step is too long for its events; length of a step, relative to 1 s or the time, that is not too long
 for its dense output."""
 
 
 @part
-def find_events(run: Run) -> int:
+def find_events(run: Run, rejects: int) -> int:
     """Find the zeros of the event functions in the next window of the step, and make its end the start of the next.
 
     Return their number, and describe them in order of time. A change of sign through infinity is no zero. If a required
-    function has no value, or too many zeros, the search ends there.
+    function has no value, or too many zeros, the search ends there. If a guarded function changes its sign through
+    infinity and ``rejects`` is 1, return `THROUGH_INFINITY`; in a brief step that is an event.
 
     Row k of the table holds all functions at the k-th point of the window, and x. Its first row comes from the window
     before. A function that arrives at zero is recorded there, and not again when it leaves. A function that begins at
@@ -82,6 +86,10 @@ def find_events(run: Run) -> int:
                     count = record_event(run, count, x, e, sign)
                 elif x < -1.0 and e < named:
                     reach, culprit = lesser(reach, xa), e
+                elif e >= n - search.guarded and abs(a) + abs(b) < math.inf:
+                    if rejects != 0 and is_long(run):
+                        return THROUGH_INFINITY
+                    count = record_event(run, count, xb, e, sign)
             elif k > 1:
                 o, xo = table[k - 2, e], table[k - 2, n]
                 if o != 0.0 and (o > 0.0) == (a > 0.0) and abs(a) < abs(o) and abs(a) <= abs(b):
@@ -107,11 +115,19 @@ def find_events(run: Run) -> int:
 
 
 @part
+def is_long(run: Run) -> Truth:
+    """Return whether the step is not brief."""
+    return abs(run.h) > BRIEF * greater(1.0, abs(run.t))
+
+
+@part
 def go_on(run: Run, points: int, longer: Truth) -> None:
     """Go to the next window, twice as long if it may be; the values at the end of this one are those at its start."""
-    search = run.search
+    search, table = run.search, run.search.table
+    search.has_slopes = 1 if points == PARTS + 2 else 0
     for e in range(search.count):
-        search.table[0, e] = search.table[points, e]
+        search.slopes[e] = (table[points, e] - table[PARTS + 1, e]) / (MARGIN * search.span * run.h)
+        table[0, e] = table[points, e]
     search.seen = 1.0 if search.reach <= 1.0 else search.seen + search.span
     if longer:
         search.span *= 2.0
@@ -329,9 +345,12 @@ def log_events(run: Run, count: int, rejects: int) -> float:
     terminal event.
 
     If ``rejects`` is 1, return `TOO_LONG` if the step is: the states have no zero where the dense output has one of a
-    guarded function, or the iteration of the method does not converge for the shorter step to an event.
+    guarded function, such a function passes through infinity, or the iteration of the method does not converge for the
+    shorter step to an event.
     """
     search, t, h, first = run.search, run.t, run.h, math.inf
+    if count == THROUGH_INFINITY:
+        return TOO_LONG
     for k in range(count):
         if search.zero_x[k] > first + FARTHEST:  # the run stops before it
             break
@@ -339,7 +358,7 @@ def log_events(run: Run, count: int, rejects: int) -> float:
         x = refined_event(run, e, sign, search.zero_x[k])
         if x < 0.0:
             x = search.zero_x[k]
-            if rejects != 0 and e >= search.count - search.guarded and abs(h) > BRIEF * greater(1.0, abs(t)):
+            if rejects != 0 and e >= search.count - search.guarded and is_long(run):
                 return TOO_LONG
         if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
             x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))

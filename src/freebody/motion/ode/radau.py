@@ -10,7 +10,7 @@ real and one complex system,
 
 whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
 derivative of f along e_k, recorded from the trace of f (`Rates.method_kernels`); of a phase of contacts it is a
-difference (`phase_kernels.tangent`). It is evaluated again unless the last step converged at once.
+difference (`phase_kernels.tangent`). It is kept while turns beyond the first take at most half of its n evaluations.
 
 The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more if it would reject the step. Its order is
 3, so tolerance r stands for 0.1 r^(2/3). The dense output is the collocation polynomial, of order 3.
@@ -53,6 +53,9 @@ T00, T01, T02, T10, T11, T12, T20, T21, T22 = (float(x) for x in _T.flat)
 I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 
 NODES = (C1, C2, 1.0)
+GREATEST = 2.0
+"""Greatest quotient of a step and the one before: farther on the polynomial of that step is a bad guess of the stages,
+from which the iteration does not converge where friction turns."""
 KAPPA = 1e-2
 """The iteration ends when its remaining error is below this fraction of the tolerance."""
 TURNS, TURNS_OF_KNOWN = 10, 1000
@@ -64,7 +67,7 @@ the change may grow in between."""
 def prepare(run: Run, fresh: Truth) -> None:
     """Clear what is carried from step to step: there is no step before."""
     own = Newton(run.own)
-    own.length_before = own.length = own.saved_length = own.factored = own.convergence = 0.0
+    own.length_before = own.length = own.saved_length = own.factored = 0.0
     own.fresh = own.good = 0
 
 
@@ -261,6 +264,7 @@ def newton(run: Run, own: Newton, h: float) -> int:
     last = 0.0
     rate = 1.0
     for turn in range(TURNS if own.length_before >= 0.0 else TURNS_OF_KNOWN):
+        own.turns = turn + 1
         for s in unrolled(3):
             for i in range(n):
                 run.argument[i] = run.y[i] + z[s, i]
@@ -302,7 +306,6 @@ def newton(run: Run, own: Newton, h: float) -> int:
             round_off = greater(round_off, change / (1.0 + old))
         if turn > 0:
             rate = size / last if last > 0.0 else 0.0
-        own.convergence = rate
         if size == 0.0 or round_off <= 1e-16:
             return 0
         if turn > 0 and rate >= 0.99 and (round_off <= 1e-13 or size <= KAPPA):
@@ -349,7 +352,6 @@ def attempt(run: Run, h: float) -> int:
             run.y_new[i] = math.nan if i == run.blame else 0.0
         return 0
     if failed != 0:
-        own.convergence = 1.0
         return 1
     own.length = h
     estimate, error = own.sides[0], run.error5
@@ -416,17 +418,17 @@ def hold(run: Run) -> None:
 
 @compiled
 def accept(run: Run, good: Truth) -> None:
-    """Make the step the previous step. J is out of date unless the iteration converged at once."""
+    """Make the step the previous step. J is kept unless turns of the iteration take longer."""
     own = Newton(run.own)
     for s in unrolled(3):
         own.before[s][:] = own.saved[s]
     own.length_before = own.saved_length
     own.fresh = 0
-    own.good = 1 if own.convergence < 1e-3 else 0
+    own.good = 1 if 6 * (own.turns - 1) <= run.n else 0  # a turn takes three evaluations
 
 
 METHOD = Method(
     name="radau", order=5, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, expect=expect,
-    hold=hold, accept=accept, alpha=0.25, smallest=0.125, greatest=8.0,
+    hold=hold, accept=accept, alpha=0.25, smallest=0.125, greatest=GREATEST,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

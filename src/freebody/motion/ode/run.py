@@ -63,6 +63,7 @@ class Search(Record):
     ``seen``, ``span``       fraction of the step that has been searched (1 between two steps), and length of the next
                              window
     ``differences``, ``decay``    differences of the values of a function, and how they decay (`error_between`)
+    ``has_slopes``, ``slopes``    1 if the slopes of the functions at the start of the window are known, and these [1/s]
     ``unresolved``           number of shortest windows of the step that do not resolve a function
     ``table``     values at the points of the window, and the fraction of the step
     ``signs``     last nonzero sign of each function, 0 until there is one
@@ -80,6 +81,8 @@ class Search(Record):
     unresolved: Whole
     decay: Real
     differences: Annotated[Row, EVENLY]
+    has_slopes: Whole
+    slopes: Annotated[Row, "count"]
     culprit: Whole
     directions: Annotated[Wholes, "count"]
     terminal: Annotated[Wholes, "count"]
@@ -101,6 +104,7 @@ class Run(Record):
 
     ``until``, ``longest``, ``start``    end of the run, longest step, and start of the run
     ``old_error``       error of the step before
+    ``allowed``, ``trend``    length that its error allowed, 0 without one, and its ratio to that of the step before it
     ``accepted``, ``events``             steps and events of this piece of the run; ``taken``: steps of the whole run
     ``blame``           component or event function to blame for a failure
     ``suspect``, ``calm``, ``stiffness`` steps that the region of stability may have limited; consecutive steps that it
@@ -117,6 +121,7 @@ class Run(Record):
     ``dense``, ``point``    coefficients of the dense output, and a state inside the step
     ``error``           error of the step
     ``reached``         fraction of the step whose state, of a shorter step, ``point`` is; -1 if it is another
+    ``base``, ``beside``    fraction of the step at the end of its first shorter step, -1 without; state and rates there
     ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
     """
 
@@ -140,9 +145,12 @@ class Run(Record):
     stop_if_stiff: Whole
     fixed: Whole
     required: Whole
+    allowed: Real
+    trend: Real
     after: Real
     error: Real
     reached: Real
+    base: Real
     last: Whole
     rates: Kernel
     c: Row
@@ -164,6 +172,7 @@ class Run(Record):
     error3: Annotated[Row, "width"]
     dense: Annotated[Rows, 6, "width"]
     point: Annotated[Row, "width"]
+    beside: Annotated[Rows, 2, "width"]
     end: Annotated[Row, "width"]
     search: Search
     room: Whole
@@ -258,8 +267,8 @@ class Newton(Record):
     ``z``, ``before``, ``saved``  stages of this step, of the one before, of the saved one; ``w`` = T⁻¹ z
     ``length_before``, ``length``, ``saved_length``    lengths of these steps; 0 if there is none before
     ``factored``                  length of the step of the factors, or 0
-    ``fresh``, ``good``           1 if J is that of the start; 1 if the last step converged at once
-    ``convergence``               rate of convergence
+    ``fresh``, ``good``           1 if J is that of the start; 1 if it serves for the next step, too
+    ``turns``                     turns of the iteration of the last step
     ``J``                         ∂f/∂y by columns; ``real``, ``re``, ``im``: factors of γ/h - J and of (α + iβ)/h - J
     """
 
@@ -269,9 +278,9 @@ class Newton(Record):
     length: Real
     saved_length: Real
     factored: Real
-    convergence: Real
     fresh: Whole
     good: Whole
+    turns: Whole
     z: Annotated[Rows, 3, "width"]
     saved: Annotated[Rows, 3, "width"]
     before: Annotated[Rows, 3, "width"]

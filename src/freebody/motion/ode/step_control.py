@@ -7,8 +7,11 @@ Everything else is here, once. A step is attempted, judged, and accepted if its 
 
     h_new = h · min(G, max(S, safety · ε_old^β / ε^α))
 
-(proportional-integral control), with S = 1/3 and G = 6 unless the method states others. A rejected step is repeated
-with h_new, and β = 0. Steps of fixed length are accepted whatever their error.
+(proportional-integral control), with S = 1/3 and G = 6 unless the method states others, times the trend of the lengths
+that errors allow, h/ε^α: their ratio from one step to the next, if it was above 1 twice, or below 1 twice, the nearer
+to 1 of the two. A motion that comes near a singularity shortens each of its steps by the same part, and every second
+one would be rejected. A rejected step is repeated with h_new, and β = 0. Steps of fixed length are accepted whatever
+their error.
 
 Unit quaternions are normalised after each accepted step. The correction is of the size of the local error, O(h^(p+1)),
 and f is evaluated at the corrected state, so that the order p is kept. The dense output is the polynomial from the
@@ -64,6 +67,8 @@ from .run import STAGES, Run
 from .states import are_finite, close_gaps, normalise, not_finite, project
 
 TINY = 1e-300
+LEAST_ERROR = 1e-4
+"""Least error of a step that the control of the next one uses."""
 
 
 method: Any = None
@@ -182,6 +187,14 @@ def is_stiff(run: Run, good: Truth) -> Truth:
 
 
 @part.inlined
+def trend(run: Run, latest: Real) -> Real:
+    """Return the part by which the allowed length is going to change, from its last change and the one before."""
+    before = run.trend
+    shrinks = where(latest < 1.0 and before < 1.0, greater(latest, before), 1.0)
+    return where(latest > 1.0 and before > 1.0, lesser(latest, before), shrinks)
+
+
+@part.inlined
 def change_length(run: Run, error: Real, good: Truth) -> Whole:
     """Lengthen the step for the next one where it is good, and shorten it for the next attempt where it is not.
 
@@ -193,16 +206,20 @@ def change_length(run: Run, error: Real, good: Truth) -> Whole:
     power = error**method.alpha
     longer: Real = 1.0
     if method.length is None:
-        longer = method.safety * run.old_error**method.beta / power
+        allowed = abs(run.h) / greater(power, LEAST_ERROR**method.alpha)
+        latest = where(run.allowed > 0.0, allowed / run.allowed, 1.0)
+        longer = method.safety * run.old_error**method.beta / power * trend(run, latest)
         longer = where(
             error > 0.0, lesser(method.greatest, greater(method.smallest, longer)), method.greatest
         )
+        run.trend = where(good, latest, run.trend)
+        run.allowed = where(good, allowed, run.allowed)
     judged, fixed = error > 1.0, run.fixed != 0
     shorter = run.h * where(judged, greater(method.smallest, method.safety / power), 0.25)
     ends = fixed or not judged and (abs(shorter) <= 16.0 * EPS * abs(run.t) or abs(shorter) < TINY)
     longer = run.h * where(run.after_rejection == 0, longer, lesser(1.0, longer))
     run.h = where(good, where(fixed, run.h, longer), shorter)
-    run.old_error = where(good, greater(error, 1e-4), run.old_error)
+    run.old_error = where(good, greater(error, LEAST_ERROR), run.old_error)
     run.rejected = where(good, run.rejected, run.rejected + 1)
     run.after_rejection = where(good, 0, 1)
     return where(good or not ends, RUNNING, where(judged, DIVERGED, NOT_FINITE))
@@ -219,7 +236,7 @@ def launch(run: Run) -> int:
     """
     direction = 1.0 if run.until >= run.t else -1.0
     longest = lesser(run.longest, abs(run.until - run.t))
-    run.old_error, run.search.seen = 1e-4, 1.0
+    run.old_error, run.allowed, run.trend, run.search.seen = LEAST_ERROR, 0.0, 1.0, 1.0
     if method.length is None:
         run.rates(run.t, run.y, run.c, run.k[0])
         run.evaluated += 1
@@ -245,6 +262,7 @@ def look(run: Run) -> int:
     Return UNDEFINED if a required function has no value, else RUNNING. Those that are guarded may be infinite.
     """
     search, values = run.search, run.search.table[0]
+    search.has_slopes = 0
     search.functions(run.t, run.y, search.c, values)
     for e in range(search.count):
         search.signs[e] = 1 if values[e] > 0.0 else (-1 if values[e] < 0.0 else 0)
@@ -314,11 +332,12 @@ def follow_events(run: Run) -> int:
             method.densify(run)
         if method.expect is not None:
             method.expect(run, run.h)
-        search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
+        search.seen, search.span, search.unresolved = 0.0, 1.0, 0
+        run.reached = run.base = -1.0
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
-        first = False
-        stop = log_events(run, find_events(run), 1 if logged >= 0 and run.fixed == 0 else 0)
+        first, rejects = False, 1 if logged >= 0 and run.fixed == 0 else 0
+        stop = log_events(run, find_events(run, rejects), rejects)
         if stop == TOO_LONG:
             run.events, search.seen = logged, 1.0
             return DIVERGED

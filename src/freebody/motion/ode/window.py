@@ -37,6 +37,17 @@ def forget(run: Run) -> None:
 
 
 @part
+def carry_slopes(run: Run) -> None:
+    """Take the slopes at the end of the window before for those at the start of this one: both are one moment."""
+    search, table = run.search, run.search.table
+    if search.has_slopes != 0:
+        length = MARGIN * search.span * run.h
+        for e in range(search.count):
+            table[1, e] = table[0, e] + length * search.slopes[e]
+        table[1, search.count] = search.seen + MARGIN * search.span
+
+
+@part
 def fill(run: Run, k: int) -> None:
     """Evaluate all functions at a point of the window, if they are not known there."""
     search, n, table = run.search, run.search.count, run.search.table
@@ -63,6 +74,7 @@ def few_parts(run: Run) -> int:
     search, table, result = run.search, run.search.table, PARTS
     forget(run)
     fill(run, PARTS + 2)  # the state whose rates were the last that were asked for
+    carry_slopes(run)
     fill(run, 1)
     fill(run, PARTS + 1)
     for level in unrolled(2):
@@ -90,6 +102,8 @@ def few_parts(run: Run) -> int:
                 short = maximum(short, bend - greater(low, -high))
             if short < 0.0:
                 result = FEWEST[level]
+    if search.has_slopes != 0 and result == PARTS:
+        table[1, search.count] = -1.0
     return result
 
 
@@ -131,6 +145,8 @@ def doubt(run: Run, points: int) -> float:
     if points < PARTS + 2:
         return 1.0
     for e in range(search.count):
+        if worst >= 1.0:  # the window is halved anyway
+            break
         if search.unjudged[e] != 0:
             continue
         near, far, crossed = abs(table[0, e]), 0.0, 0
@@ -182,12 +198,13 @@ def error_between(run: Run, e: int) -> float:
 @part
 def is_noise(run: Run, e: int, error: float) -> int:
     """Return 1 if the error of a function comes from round-off: the function changes as much in the shortest time."""
-    search, jump = run.search, 0.0
     shortest = 64.0 * EPS * greater(1.0, abs(run.t / run.h))
     for k in range(PARTS):
-        x = search.seen + (k + 0.5) / PARTS * search.span
-        jump = greater(jump, abs(event_value(run, e, x + shortest) - event_value(run, e, x)))
-    return 1 if error <= CLEAR * CLEAR * jump else 0
+        x = run.search.seen + (k + 0.5) / PARTS * run.search.span
+        jump = abs(event_value(run, e, x + shortest) - event_value(run, e, x))
+        if error <= CLEAR * CLEAR * jump:
+            return 1
+    return 0
 
 
 @part
