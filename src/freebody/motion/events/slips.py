@@ -62,10 +62,14 @@ def slip_acceleration(it: EventRun, k: int) -> float:
 
 @compiled
 def scale_of(it: EventRun) -> float:
-    """Return the greatest acceleration of a contact without contact forces."""
+    """Return the greatest acceleration of a contact that touches, without contact forces.
+
+    That of the lowest point of a disk that lies flat, which is no contact, has no limit.
+    """
     result = 0.0
-    for r in range(it.rows):
-        result = greater(result, abs(it.c[r]))
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN:
+            result = greater(result, largest(it.c[it.first[k] :], 1 + it.tangents[k]))
     return result
 
 
