@@ -35,3 +35,13 @@ def test_masses_above_zero_are_simulated() -> None:
     expected = fb.linearize(geared(), values={}).natural_frequencies()
     assert float(expected[0]) == pytest.approx((20 / 3) ** 0.5, rel=1e-12)
     assert float(found["q"][-1]) == pytest.approx(-float(found["p"][-1]) / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_a_slender_bar_that_may_spin_and_touches_a_floor_is_refused_by_name(axis: str) -> None:
+    s = fb.System("ladder")
+    bar = s.body("bar", fb.slender_bar(10, 2, axis=axis))
+    s.free("air", s.ground, bar)
+    s.contact("floor", bar.sphere(0.02), s.ground.plane(normal="z"), friction=0.2)
+    with pytest.raises(ModelError, match=f"'air_w{axis}' moves no mass of 'ladder'.* a moment of inertia above 0"):
+        fb.simulate(s, 1, initial={"air_z": 1})

@@ -7,7 +7,7 @@ coordinates that together move nothing.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -43,13 +43,18 @@ def check_mobility(model: Model, M: Any) -> None:
     """
     idle = _idle(model, M)
     if idle:
-        speeds = " and ".join(map(repr, idle))
-        raise ModelError(
-            f"{speeds} {'moves' if len(idle) == 1 else 'together move'} no mass of '{model.name}' at these values "
-            "if the constraints are left out: the mass matrix is singular and gives no accelerations and forces. Give "
-            "the moving bodies a mass or a moment of inertia above 0, or describe them by the coordinate that the "
-            "constraints leave free; where Euler angles are singular, use another sequence of angles or a ball joint."
-        )
+        raise massless(model, idle)
+
+
+def massless(model: Model, idle: Sequence[str]) -> ModelError:
+    """Return the error for speeds that together move no mass."""
+    speeds = " and ".join(map(repr, idle))
+    return ModelError(
+        f"{speeds} {'moves' if len(idle) == 1 else 'together move'} no mass of '{model.name}' at these values "
+        "if the constraints are left out: the mass matrix is singular and gives no accelerations and forces. Give "
+        "the moving bodies a mass or a moment of inertia above 0, or describe them by the coordinate that the "
+        "constraints leave free; where Euler angles are singular, use another sequence of angles or a ball joint."
+    )
 
 
 def _idle(model: Model, M: Any) -> tuple[str, ...]:

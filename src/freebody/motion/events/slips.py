@@ -63,10 +63,14 @@ def slip_acceleration(it: EventRun, k: int) -> float:
 
 @compiled
 def scale_of(it: EventRun) -> float:
-    """Return the greatest acceleration of a contact without contact forces."""
+    """Return the greatest acceleration of a contact that touches, without contact forces.
+
+    That of the lowest point of a disk that lies flat, which is no contact, has no limit.
+    """
     result = 0.0
-    for r in range(it.rows):
-        result = greater(result, abs(it.c[r]))
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN:
+            result = greater(result, largest(it.c[it.first[k] :], 1 + it.tangents[k]))
     return result
 
 
@@ -279,8 +283,9 @@ def fading(it: EventRun, slows: int) -> int:
 
 
 @compiled
-def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
-    """Cancel the slip of the contacts ``stopped``; those that stick, and are closed, stay so.
+def stop(it: EventRun, contacts: Contacts, keep: int) -> int:
+    """Cancel the slip of the contacts ``stopped``; those that stick, and are closed, stay so. Return 1, or 0 if not all
+    of them can.
 
     With ``keep`` 1 the work is not counted.
 
@@ -294,12 +299,12 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
             for j in range(1, 1 + it.tangents[k]):
                 if is_dead_centre(it, k, it.first[k] + j) == 0:
                     count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
-    impelled(it, contacts, count)
-    work = it.impulses
+    missed, work = impelled(it, contacts, count), it.impulses
     move_speeds(it)
     if keep != 0:
         it.impulses, it.rest_left = work, it.impulses - work
     look(it)
+    return 1 if missed <= it.still else 0
 
 
 @compiled
@@ -373,7 +378,8 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
 
     A slip along a line is at its end. The step ends before where a contact closes. Return 1 if the state has changed, 0
     if not, and -1 if it hardly slows: it stops if it sticks then. The state is that without slip, and ``kept`` the one
-    before. Return `UPSET` if other slow slips would turn within the step, and ``whole`` is not 0.
+    before. Return `UPSET` if other slow slips would turn within the step, or what sticks cannot stay in place without
+    the slip, and ``whole`` is not 0.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
@@ -392,7 +398,10 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
     find_stopped(it, k, length)
     if length > event_run.LONGEST:
         copy(it.y, it.kept, it.n_y)
-        stop(it, contacts, 1)
+        if stop(it, contacts, 1) == 0 and whole != 0:
+            copy(it.kept, it.y, it.n_y)
+            look(it)
+            return UPSET
         return -1
     if whole != 0 and upset(it, k, length) != 0:
         return UPSET

@@ -34,10 +34,11 @@ from ...dynamics.conditions.contact import (
     touch,
 )
 from ...dynamics.conditions.linearized import linearized
+from ...dynamics.conditions.mobility import massless
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
-from ...dynamics.linear import Factorization, entries
+from ...dynamics.linear import Factorization, entries, is_zero
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
@@ -224,6 +225,9 @@ class Candidates:
         """Return the outputs of the functions of :meth:`program`."""
         model = self.model
         M = Factorization(mass_matrix(model, state))
+        idle = [model.speed_names[j] for j, d in zip(M.order, M.D, strict=True) if is_zero(d)]
+        if idle:  # as of a slender bar about its axis
+            raise massless(model, idle)
         scale = [divide(1, state.field.sqrt(d)) for d in M.D]
         own: list[Any] = []
         held: list[list[int]] = []
