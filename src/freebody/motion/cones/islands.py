@@ -252,7 +252,7 @@ def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float,
         ways = 1 + APPROACHES
     for way in range(ways):
         if is_bare(part) == 1 and part.count <= dense.most:
-            left, ways = take_in(part, dense, goal), 1
+            left, ways = take_in(part, dense, goal, 0), 1
         elif way == 0:
             left = descend(part, newton, INSIDE * goal, WARM, 1.0)
         elif inside == 1 and least > goal:
