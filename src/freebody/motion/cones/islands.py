@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, hot, lesser
+from ...native.instructions import compiled, greater, hot, inlined, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
@@ -42,6 +42,9 @@ APPROACHES, PATH, LATE = 3, 20, 4
 begins without the slope of |z_T|."""
 ROUGH, FINER, FINEST = 1e-3, 1e-5, 1e-7
 """Residuals to which these go, each followed by Newton's method on the laws."""
+CLOSE = 100.0
+"""Multiple of the goal with which a search ends where it is slow: more than round-off may be left of rows that are
+nearly alike."""
 INSIDE = 0.1
 """Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
@@ -102,7 +105,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
         if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
-            solved = at_once(problem, islands, b, goal, turn)
+            solved = at_once(problem, islands, b, goal, within(goal, enough), turn)
             if solved == 0 and turn > 0 and islands.worst[b] > enough * problem.reference:
                 improve(problem, islands, b, goal)
     project_all(problem, problem.x, problem.x)
@@ -235,9 +238,18 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
     return order[count - 1]
 
 
+@inlined
+def within(goal: float, enough: float) -> float:
+    """Return the residual with which a search that is slow ends, at most ``enough``."""
+    return greater(goal, lesser(enough, CLOSE * goal))
+
+
 @compiled
-def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
-    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
+def at_once(
+    problem: ContactProblem, islands: Islands, island: int, goal: float, close: float, turn: int
+) -> int:
+    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success,
+    also where it ends ``close`` to the goal.
 
     Newton's method begins with the impulses of the sweeps, then with those of the interior point method, which begins
     at other rates in each turn. What that does not serve begins with none from the second turn on, with other damping
@@ -254,27 +266,27 @@ def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float,
         if is_bare(part) == 1 and part.count <= dense.most:
             left, ways = take_in(part, dense, goal, 0), 1
         elif way == 0:
-            left = descend(part, newton, INSIDE * goal, WARM, 1.0)
-        elif inside == 1 and least > goal:
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM, 1.0)
+        elif inside == 1 and least > close:
             if way == 1:
                 begin(part, newton.path, start_of(turn), 1.0 if turn < LATE else 0.0)
             go_on(part, newton, ROUGH if way == 1 else (FINER if way == 2 else FINEST), PATH)
-            left = descend(part, newton, INSIDE * goal, WARM if turn == 0 else COLD, 1.0)
-        elif least > goal:
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM if turn == 0 else COLD, 1.0)
+        elif least > close:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, newton, INSIDE * goal, COLD, looseness(turn))
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, COLD, looseness(turn))
         if left < least:
             least = left
             for i in range(part.count):
                 newton.y[i] = part.x[i]
     for i in range(part.count):
         part.x[i] = newton.y[i]
-    if turn != SMALL_FIRST or least <= goal:
+    if turn != SMALL_FIRST or least <= close:
         islands.worst[island] = least * problem.reference
         for i in range(part.count):
             problem.x[islands.own[i]] = part.x[i]
-    return 1 if least <= goal else 0
+    return 1 if least <= close else 0
 
 
 @compiled
