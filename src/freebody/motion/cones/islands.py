@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, hot, inlined, lesser
+from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
@@ -42,9 +42,6 @@ APPROACHES, PATH, LATE = 3, 20, 4
 begins without the slope of |z_T|."""
 ROUGH, FINER, FINEST = 1e-3, 1e-5, 1e-7
 """Residuals to which these go, each followed by Newton's method on the laws."""
-CLOSE = 100.0
-"""Multiple of the goal with which a search ends where it is slow: more than round-off may be left of rows that are
-nearly alike."""
 INSIDE = 0.1
 """Part of the goal to which Newton's method on the laws goes: what brings its result into the cones changes rates."""
 SMALL_FIRST, FEW_ROWS, FEW_SPEEDS = -1, 130, 150
@@ -85,11 +82,14 @@ class Islands(Record):
 
 
 @compiled
-def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float, turn: int) -> float:
+def settle(
+    problem: ContactProblem, islands: Islands, goal: float, close: float, enough: float, turn: int
+) -> float:
     """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
-    longer. Islands that are within ``enough`` get no rounds of proximal points. x that is not finite has no residual.
+    longer. A search that is slow ends at a residual of ``close``. Islands that are within ``enough`` get no rounds of
+    proximal points. x that is not finite has no residual.
     """
     blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
     if turn == SMALL_FIRST:
@@ -105,7 +105,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
         if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
-            solved = at_once(problem, islands, b, goal, within(goal, enough), turn)
+            solved = at_once(problem, islands, b, goal, close, turn)
             if solved == 0 and turn > 0 and islands.worst[b] > enough * problem.reference:
                 improve(problem, islands, b, goal)
     project_all(problem, problem.x, problem.x)
@@ -236,12 +236,6 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
         part.blocks.starts[seen] = part.blocks.starts[seen - 1] + blocks.starts[b + 1] - blocks.starts[b]
     part.blocks.count = count
     return order[count - 1]
-
-
-@inlined
-def within(goal: float, enough: float) -> float:
-    """Return the residual with which a search that is slow ends, at most ``enough``."""
-    return greater(goal, lesser(enough, CLOSE * goal))
 
 
 @compiled

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, greater
-from ..cones.islands import SMALL_FIRST, Islands, settle, within
+from ...native.instructions import compiled, greater, inlined, lesser
+from ..cones.islands import SMALL_FIRST, Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
 FEW, MORE = 16, 40
 """Sweeps before the first and the second turn of Newton's method."""
+CLOSE = 100.0
+"""Multiple of the tolerance of a step at which a search that is slow ends: more than round-off may be left of rows that
+are nearly alike."""
 TURNS, ANEW, WEARY = 8, 4, 3
 """Turns of sweeps and Newton's method, the one that forgets the impulses of the last step, and the first one that takes
 what is close enough."""
@@ -20,11 +23,12 @@ what is close enough."""
 def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
 
-    A residual `within` reach of it is taken where a turn has not ended, and one of ``enough`` where four have not.
+    A residual `close` to it is taken where a turn has not ended, and one of ``enough`` where four have not.
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
-    problem, most, limit = run.problem, FEW, within(goal, enough)
-    if near == 1 and settle(problem, islands, goal, enough, SMALL_FIRST) <= limit:
+    problem, most, fair = run.problem, FEW, close(run, goal, enough)
+    limit = fair
+    if near == 1 and settle(problem, islands, goal, fair, enough, SMALL_FIRST) <= fair:
         return 1
     for turn in range(TURNS):
         if turn == ANEW:
@@ -40,7 +44,7 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
         run.sweeps += sweeps if sweeps >= 0 else most
         run.sweeping.ended = 1 if sweeps >= 0 else 0
         if sweeps >= 0 or (
-            math.isfinite(problem.residual) and settle(problem, islands, goal, limit, turn) <= limit
+            math.isfinite(problem.residual) and settle(problem, islands, goal, fair, limit, turn) <= limit
         ):
             return 1
         if problem.stop != 0 or not math.isfinite(problem.residual):
@@ -50,6 +54,12 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
 
 @compiled
 def reached(run: Run, goal: float) -> float:
-    """Return the goal that the last result has reached: ``goal``, what is `within` its reach, or what is enough."""
-    left, close = run.problem.residual, within(goal, run.enough)
-    return goal if left <= goal else (close if left <= close else run.enough)
+    """Return the goal that the last result has reached: ``goal``, what is `close` to it, or what is enough."""
+    left, fair = run.problem.residual, close(run, goal, run.enough)
+    return goal if left <= goal else (fair if left <= fair else run.enough)
+
+
+@inlined
+def close(run: Run, goal: float, enough: float) -> float:
+    """Return the residual, at most ``enough`` if the goal is less, at which a search that is slow ends."""
+    return greater(goal, lesser(enough, CLOSE * run.tolerance))
