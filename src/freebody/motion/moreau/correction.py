@@ -27,7 +27,7 @@ from .configuration import FAR, answers, close, evaluate, hide, normalize, put_s
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
-from .pairs import deepest, hang, pair_gap, pair_rate, pressed
+from .pairs import deepest, faced, hang, pair_gap, pair_rate, pressed
 from .spin import leave_spins
 from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Displaced, Run
 
@@ -218,7 +218,7 @@ def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
     """
     problem, borne, displaced, k = run.problem, run.borne, run.displaced, 0
     problem.reference = TINY
-    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
+    crowded = 1 if 2 * problem.count > problem.blocks.n or faced(run) == 1 else 0  # sweeps would not end soon
     for a in range(problem.count):
         while k < displaced.count and displaced.numbers[k] < number(run, a):
             k += 1

@@ -7,10 +7,12 @@ import math
 from ...native.instructions import compiled, greater, inlined, lesser
 from ..cones.islands import SMALL_FIRST, Islands, settle
 from ..cones.sweeps import solve
+from .pairs import faced
 from .stepping_record import Run
 
-FEW, MORE = 16, 40
-"""Sweeps before the first and the second turn of Newton's method."""
+FEWER, FEW, MORE = 8, 16, 40
+"""Sweeps before the first turn of Newton's method, of faces on faces and of others, and before the second one: where
+forces are open, Newton's method gains more than sweeps."""
 CLOSE = 100.0
 """Multiple of the tolerance of a step at which a search that is slow ends: more than round-off may be left of rows that
 are nearly alike."""
@@ -26,7 +28,7 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
     A residual `close` to it is taken where a turn has not ended, and one of ``enough`` where four have not.
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
-    problem, most, fair = run.problem, FEW, close(run, goal, enough)
+    problem, most, fair = run.problem, 0, close(run, goal, enough)
     limit = fair
     if near == 1 and settle(problem, islands, goal, fair, enough, SMALL_FIRST) <= fair:
         return 1
@@ -34,7 +36,9 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
         if turn == ANEW:
             for a in range(problem.count):
                 problem.x[a] = 0.0
-        if turn == 1:
+        if turn == 0:
+            most = FEWER if faced(run) == 1 else FEW
+        elif turn == 1:
             most = MORE
         elif turn > 1:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
