@@ -181,10 +181,12 @@ class Dense(Record):
     ``most``             limit on the rows of a problem
     ``U``                factor of W Xᵀ of the rows that are held, Uᵀ U
     ``entries``, ``w``   numbers for one row: beside those that are held; of its speeds;  ``beside``: 1 for its blocks
+    ``held``             number of the rows that are held
     ``place``, ``among``      place of a row among those that are held, or -1; row at a place
     """
 
     most: Count
+    held: Whole
     U: Annotated[Row, "squares"]
     entries: Annotated[Row, "most"]
     w: Annotated[Row, "n"]

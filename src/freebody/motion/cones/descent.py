@@ -27,12 +27,20 @@ LOOSE, LOOSEST = 1e-8, 0.1
 """Limits of δ, which is the residual: a step leaves about this part of an error."""
 LOST = 1e6
 """Growth of the residual that ends the search."""
+SLOW = 0.1
+"""Part of a residual that is close to the goal above which a step leaves it at that: near the solution of a regular
+problem a step takes far more, and one whose forces are open may go to and fro between modes."""
 
 
 @compiled
-def descend(problem: ContactProblem, memory: Newton, goal: float, most: int, part: float) -> float:
-    """Improve x by up to ``most`` steps, δ a ``part`` of the residual; return that of the best, which x becomes."""
-    m, least, turn = problem.count, math.inf, 0
+def descend(
+    problem: ContactProblem, memory: Newton, goal: float, close: float, most: int, part: float
+) -> float:
+    """Improve x by up to ``most`` steps, δ a ``part`` of the residual; return that of the best, which x becomes.
+
+    It ends at the goal, and where steps are slow at a residual up to ``close``.
+    """
+    m, least, last, turn = problem.count, math.inf, math.inf, 0
     while True:
         add_all(problem)
         size = residual(problem)
@@ -42,6 +50,9 @@ def descend(problem: ContactProblem, memory: Newton, goal: float, most: int, par
                 memory.best[a] = problem.x[a]
         if least <= goal or turn == most or not size < LOST * least or problem.stop != 0:
             break
+        if least <= close and size > SLOW * last:
+            break
+        last = size
         if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size))) == 0:
             break
         turn += 1

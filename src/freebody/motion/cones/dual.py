@@ -5,8 +5,8 @@ have their pull from the beginning. The method begins with x = low and takes in 
 and again: the impulses that hold the ones taken so far stay above low, and one that would fall below is let go. It ends
 after finitely many steps, also where rows depend on each other.
 
-Any set that presses is a beginning: rows with x > 0 in the guess are held at once, and those that would fall below low
-are let go until none does.
+Any set that presses is a beginning: rows with x > 0 in the guess are held at once, or those that were held at the end
+of the last problem with the same rows, by its factor. Those that would fall below low are let go until none does.
 
 Source: D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983) 1-33.
 """
@@ -37,12 +37,14 @@ def is_bare(problem: ContactProblem) -> int:
 
 @hot
 @compiled
-def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
+def take_in(problem: ContactProblem, dense: Dense, goal: float, factored: int) -> float:
     """Set x to the solution of a problem without friction, by the dual method; return its residual.
 
-    The rows with x > 0 are held first.
+    The rows with x > 0 are held first; if ``factored`` is 1, those of the last problem, which had the same rows.
     """
     m, r, place, small = problem.count, problem.r, dense.place, 0.5 * goal * problem.reference
+    if factored == 0:
+        hold_first(problem, dense)
     n = begin(problem, dense)
     for _ in range(CHANGES * m):
         worst = -small
@@ -56,24 +58,34 @@ def take_in(problem: ContactProblem, dense: Dense, goal: float) -> float:
                 n = hold(problem, dense, a, n)
                 if n < 0:
                     return math.inf
+    dense.held = n
     add_all(problem)
     return residual(problem)
 
 
 @hot
 @compiled
-def begin(problem: ContactProblem, dense: Dense) -> int:
-    """Hold the rows with x > 0 that press together; return their number. Let all others have x = low."""
-    m, n, among, d, U, x, r = problem.count, 0, dense.among, dense.entries, dense.U, problem.x, problem.r
+def hold_first(problem: ContactProblem, dense: Dense) -> None:
+    """Hold the rows with x > 0 that do not depend on each other."""
+    m, n = problem.count, 0
     for k in range(problem.blocks.n):
         dense.w[k] = 0.0
     for a in range(m):
         dense.place[a] = -1
-        if x[a] > 0.0:
+        if problem.x[a] > 0.0:
             rest = beside(problem, dense, a, n)
             if rest > DEPENDENT * problem.scale[a]:
-                U[n * m + n], among[n], dense.place[a] = root(rest), a, n
+                dense.U[n * m + n], dense.among[n], dense.place[a] = root(rest), a, n
                 n += 1
+    dense.held = n
+
+
+@hot
+@compiled
+def begin(problem: ContactProblem, dense: Dense) -> int:
+    """Let go the rows that do not press beside the others; return the number of those held. Others have x = low."""
+    n, among, d, x, r = dense.held, dense.among, dense.entries, problem.x, problem.r
+    for a in range(problem.count):
         x[a] = problem.low[a]
     add_all(problem)
     for i in range(n):

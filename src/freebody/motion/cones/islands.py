@@ -83,11 +83,14 @@ class Islands(Record):
 
 
 @compiled
-def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float, turn: int) -> float:
+def settle(
+    problem: ContactProblem, islands: Islands, goal: float, close: float, enough: float, turn: int
+) -> float:
     """Improve x in every island that violates a law by more than ``goal``, within the cones; return the residual.
 
     ``turn`` counts the calls for one problem. `SMALL_FIRST` is one before the sweeps, for islands in which they take
-    longer. Islands that are within ``enough`` get no rounds of proximal points. x that is not finite has no residual.
+    longer. A search that is slow ends at a residual of ``close``. Islands that are within ``enough`` get no rounds of
+    proximal points. x that is not finite has no residual.
     """
     blocks, rows, speeds = problem.blocks, islands.rows, islands.speeds
     if turn == SMALL_FIRST:
@@ -103,7 +106,7 @@ def settle(problem: ContactProblem, islands: Islands, goal: float, enough: float
     for b in range(blocks.count):
         unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
         if unsolved and lay_out(problem, islands, b, rows, speeds) == 1:
-            solved = at_once(problem, islands, b, goal, turn)
+            solved = at_once(problem, islands, b, goal, close, turn)
             if solved == 0 and turn > 0 and islands.worst[b] > enough * problem.reference:
                 improve(problem, islands, b, goal)
     project_all(problem, problem.x, problem.x)
@@ -228,8 +231,11 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
 
 
 @compiled
-def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float, turn: int) -> int:
-    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success.
+def at_once(
+    problem: ContactProblem, islands: Islands, island: int, goal: float, close: float, turn: int
+) -> int:
+    """Solve the island that is laid out by the dual method or by Newton's method on the laws; return 1 on success,
+    also where it ends ``close`` to the goal.
 
     Newton's method begins with the impulses of the sweeps, then with those of the interior point method, which begins
     at other rates in each turn. What that does not serve begins with none from the second turn on, with other damping
@@ -244,29 +250,29 @@ def at_once(problem: ContactProblem, islands: Islands, island: int, goal: float,
         ways = 1 + APPROACHES
     for way in range(ways):
         if is_bare(part) == 1 and part.count <= dense.most:
-            left, ways = take_in(part, dense, goal), 1
+            left, ways = take_in(part, dense, goal, 0), 1
         elif way == 0:
-            left = descend(part, newton, INSIDE * goal, WARM, 1.0)
-        elif inside == 1 and least > goal:
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM, 1.0)
+        elif inside == 1 and least > close:
             if way == 1:
                 begin(part, newton.path, start_of(turn), 1.0 if turn < LATE else 0.0)
             go_on(part, newton, ROUGH if way == 1 else (FINER if way == 2 else FINEST), PATH)
-            left = descend(part, newton, INSIDE * goal, WARM if turn == 0 else COLD, 1.0)
-        elif least > goal:
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM if turn == 0 else COLD, 1.0)
+        elif least > close:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, newton, INSIDE * goal, COLD, looseness(turn))
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, COLD, looseness(turn))
         if left < least:
             least = left
             for i in range(part.count):
                 newton.y[i] = part.x[i]
     for i in range(part.count):
         part.x[i] = newton.y[i]
-    if turn != SMALL_FIRST or least <= goal:
+    if turn != SMALL_FIRST or least <= close:
         islands.worst[island] = least * problem.reference
         for i in range(part.count):
             problem.x[islands.own[i]] = part.x[i]
-    return 1 if least <= goal else 0
+    return 1 if least <= close else 0
 
 
 @compiled

@@ -21,12 +21,13 @@ import math
 
 from ...native.instructions import compiled, greater, root
 from ..cones.block_rows import add, along
+from ..cones.dual import is_bare, take_in
 from ..cones.islands import Islands, connect, island_of
 from .configuration import FAR, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
 from .free_joints import fix, release
 from .impulses import impulses
-from .pairs import deepest, hang, pair_gap, pair_rate, pressed
+from .pairs import deepest, faced, hang, pair_gap, pair_rate, pressed
 from .spin import leave_spins
 from .stepping_record import CLOSED_GAP, NONE, NOT_FINITE, OPEN, OPENS, OVERLAP, Displaced, Run
 
@@ -205,6 +206,7 @@ def lay(run: Run, t: float, depth: float, constraints: int) -> int:
         close(run, 0, near)
         leave_spins(run)
         answers(run, constraints)
+        run.factored = 0
     return failure
 
 
@@ -216,7 +218,7 @@ def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
     """
     problem, borne, displaced, k = run.problem, run.borne, run.displaced, 0
     problem.reference = TINY
-    crowded = 1 if 2 * problem.count > problem.blocks.n else 0  # faces on faces: sweeps would not end soon
+    crowded = 1 if 2 * problem.count > problem.blocks.n or faced(run) == 1 else 0  # sweeps would not end soon
     for a in range(problem.count):
         while k < displaced.count and displaced.numbers[k] < number(run, a):
             k += 1
@@ -227,9 +229,11 @@ def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
             problem.reference = greater(problem.reference, abs(problem.b[a]))
         problem.low[a] -= borne[a]
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if impulses(run, islands, goal, 0.0, crowded) == 0 and not problem.residual <= INEXACT:
-        run.overlap = depth
-        return 0
+    if crowded == 0 or solved_at_once(run, islands, goal) == 0:
+        run.factored = 0
+        if impulses(run, islands, goal, 0.0, crowded) == 0 and not problem.residual <= INEXACT:
+            run.overlap = depth
+            return 0
     displaced.count = 0
     for a in range(problem.count):
         problem.x[a] = 0.0 if problem.x[a] == TINY else problem.x[a]
@@ -239,6 +243,17 @@ def solved(run: Run, islands: Islands, depth: float, moves: int) -> int:
             displaced.impulses[k] = borne[a] + problem.x[a] if moves == 1 else 0.0
             displaced.count += 1
     return 1
+
+
+@compiled
+def solved_at_once(run: Run, islands: Islands, goal: float) -> int:
+    """Solve the problem of a displacement by the dual method, all islands together; return 1 on success, else 0."""
+    problem, dense = run.problem, islands.dense
+    if problem.count > dense.most or problem.blocks.n > islands.speeds or is_bare(problem) == 0:
+        return 0
+    problem.residual = take_in(problem, dense, goal, run.factored)
+    run.factored = 1
+    return 1 if problem.residual <= goal else 0
 
 
 @compiled

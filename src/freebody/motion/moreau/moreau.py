@@ -53,7 +53,7 @@ from .expansion import expand, join_expansions
 from .free_joints import add_turning, fix, release
 from .friction import AGAIN, begin_friction, rub
 from .gains import gains
-from .impulses import impulses
+from .impulses import impulses, reached
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, press_pairs, room_left, slip, sticking
 from .spin import set_spins
@@ -177,7 +177,8 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
         failure = solved(run, islands, t, goal, trials)
         if failure != NONE:
             return failure
-        least = run.enough if problem.residual > goal else least  # of the other problems of the step, too
+        if problem.residual > goal:  # so it is for the other problems of the step
+            least = reached(run, goal)
         goal = greater(goal, least)
         if machine.turning == 0:
             break
@@ -203,8 +204,9 @@ def balanced(run: Run, islands: Islands, t: float) -> int:
         if trials > MEANS:
             return LOADS
         r = change_loads(run, r, trials)
+        # what the turning of bodies in the equations leaves (`spin`) is of second order
         # once found to a goal, it is not sought to a greater one: where slopes are singular, the two would alternate
-        goal = lesser(goal, greater(least, 0.1 * size))
+        goal = lesser(goal, greater(least, (size if loads.changes == 0 else 0.1) * size))
     return NONE
 
 
@@ -224,7 +226,7 @@ def solved(run: Run, islands: Islands, t: float, goal: float, trials: int) -> in
         run.enough = greater(run.accepted, lesser(DEEP / (problem.reference * run.h), run.most_accepted))
         if impulses(run, islands, goal, run.enough, 1 if trials > 0 and run.sweeping.ended == 0 else 0) == 0:
             return CONTACTS
-        goal = greater(goal, run.enough) if problem.residual > goal else goal
+        goal = greater(goal, reached(run, goal))
         if run.bearings.count > 0 and bear(run, t) > AGREE:
             passes += 1
             if passes > PASSES:

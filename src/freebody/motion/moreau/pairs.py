@@ -306,6 +306,17 @@ def patched(run: Run, slot: int) -> int:
 
 
 @compiled
+def faced(run: Run) -> int:
+    """Return 1 if most contacts of the problem are points of patches, whose forces are open."""
+    contacts, problem, points = run.contacts, run.problem, 0
+    for a in range(problem.count):
+        if problem.kinds[a] == NORMAL:
+            in_patch = a >= contacts.closed and patched(run, run.families.pairs.slots[contacts.owner[a]]) == 1
+            points += 1 if in_patch else -1
+    return 1 if points > 0 else 0
+
+
+@compiled
 def mode(run: Run, a: int) -> int:
     """Return the mode of the pressed contact whose normal is row ``a``: without friction it does not stick."""
     problem = run.problem

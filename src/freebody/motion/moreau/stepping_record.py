@@ -263,7 +263,8 @@ class Run(Record):
     ``displaced``          contacts that press in the last displacement, with which the next one begins;  ``first``: in
                            the first one of the last correction
     ``expected``           depths up to which a correction first looks for pairs, in its first, second and later turns
-    ``borne``              impulses of the rows of a displacement in those before it
+    ``borne``              impulses of the rows of a displacement in those before it;  ``factored``: 1 if the dual
+                           method has a factor of these rows
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
@@ -297,6 +298,7 @@ class Run(Record):
     displaced: Displaced
     first: Displaced
     borne: Annotated[Row, "most"]
+    factored: Whole
     expected: Annotated[Row, 3]
     problem: ContactProblem
     sweeping: Sweeping

@@ -14,7 +14,7 @@ def solved(dense, guess=0.0):
     problem, most = dense.memory, len(dense.b)
     problem.x[:] = guess
     room = Dense.made(most=most, squares=most * most, n=problem.blocks.n)
-    residual = loop.code("motion.cones.dual", "take_in")(problem, room, 1e-12)
+    residual = loop.code("motion.cones.dual", "take_in")(problem, room, 1e-12, 0)
     return problem.x.copy(), residual
 
 
@@ -39,3 +39,24 @@ def test_the_dual_method_says_that_conditions_contradict_each_other():
     A = np.array([[1.0, -1.0], [-1.0, 1.0]])
     _, residual = solved(DenseProblem(A, [-1.0, -1.0], [NORMAL] * 2, [0.0] * 2))
     assert not residual <= 1.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_problem_with_the_rows_of_the_last_one_begins_with_its_factor(seed):
+    rng = np.random.default_rng(seed)
+    m, n = 12, 5
+    W = rng.normal(size=(m, n))
+    A, inside = W @ W.T, W @ rng.normal(size=n) + rng.uniform(0, 1, m)
+    dense = DenseProblem(A, inside, [NORMAL] * m, [0.0] * m)
+    dense.from_zero()
+    problem, room = dense.memory, Dense.made(most=m, squares=m * m, n=dense.memory.blocks.n)
+    solve = loop.code("motion.cones.dual", "take_in")
+    problem.x[:] = 0.0
+    assert solve(problem, room, 1e-12, 0) <= 1e-12
+    for change in (1.0, 0.1, 0.0):  # of the rates: other conditions press, nearly the same, and the same
+        problem.b[:m] = inside + change * (W @ rng.normal(size=n))
+        assert solve(problem, room, 1e-12, 1) <= 1e-12
+        x = problem.x[:m].copy()
+        problem.x[:] = 0.0
+        assert solve(problem, room, 1e-12, 0) <= 1e-12
+        assert (x >= 0).all() and np.abs(A @ (x - problem.x[:m])).max() < 1e-9
