@@ -39,7 +39,7 @@ from .moment import (
 )
 from .problem import gather
 from .setting import depends, displace, leaves_rest, listed, normalise, set_up
-from .shares import find_shared, leave_pulling
+from .shares import find_shared, has_forces, leave_pulling
 from .slips import closes, log_leap, loses_places, nudged, scale_of, slip_acceleration
 
 NEAR = 1e-6
@@ -298,8 +298,30 @@ def creep(it: EventRun, contacts: Contacts) -> int:
     if step_of_speeds(it, contacts, event_run.BRIEF) == 0 or modes_of_step(it, contacts) < 0:
         copy_wholes(it.before, it.mode, it.contacts)
         return 0
+    open_pulling(it, contacts)
     PhaseData(it.phase).stopped, it.creeping = least / CREPT, 1
     return 1
+
+
+@compiled
+def open_pulling(it: EventRun, contacts: Contacts) -> None:
+    """Open the contacts that have pressed in a step, since they approached, and pull after it."""
+    pulls = 1
+    while pulls != 0:
+        set_up(it, contacts)
+        found, least = -1, -event_run.SMALL * largest(contacts.forces, contacts.rows)
+        if has_forces(it, contacts) != 0:
+            for i in range(contacts.contacts):
+                k = it.chosen[i]
+                rigid = it.held[k] == 0 and it.presser[k] < 0 and it.compliant[k] == 0
+                N = it.speeds[it.first[k]] + (it.adhesion[k] if it.adhering[k] != 0 else 0.0)
+                if rigid and it.mode[k] != laws.OPEN and N < least:
+                    found, least = k, N
+        pulls = 0
+        if found >= 0:
+            for k in range(it.contacts):
+                if k == found or it.presser[k] == found:
+                    it.mode[k], pulls = laws.OPEN, 1
 
 
 @compiled
