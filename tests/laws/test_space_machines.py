@@ -15,7 +15,7 @@ JAMS = {("quadruped", 2), ("quadruped", 6)}
 """Feet that slide and jam: Painlevé's paradox. No set of feet that press has a motion."""
 OPEN = {
     ("cart", 22),  # a wheel at its limit of friction for 8e-10 s as it falls flat
-    ("gripper", 18), ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
+    ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
     ("quadruped", 1),  # no motion is found near Painlevé's limit, with a foot at rest
 }  # fmt: skip
 """Machines whose motions are wrong, refused for no reason of physics, or take minutes."""
@@ -55,8 +55,8 @@ def obeys(kind, seed):
         ("gripper", 147),
         ("pendulums", 13),
     ]
-    # a foot that creeps at 2e-10 m/s
-    + [("quadruped", 114)]
+    # a foot that creeps at 2e-10 m/s; contacts that press in steps of the speeds, and were left open by them
+    + [("quadruped", 114), ("gripper", 18)]
     + [pytest.param(*one, marks=pytest.mark.slow) for one in SLOW],
 )
 def test_machines_obey_the_laws_of_contact(kind, seed):
@@ -143,7 +143,7 @@ def test_feet_that_jam_are_a_paradox(seed, monkeypatch):
 @pytest.mark.parametrize(
     ("kind", "seed", "contact"),
     [
-        ("quadruped", 152, "foot0"),
+        ("quadruped", 168, "foot3"),
         ("quadruped", 130, "foot1"),
         # by a joint that its load brakes
         pytest.param("pendulums", 107, "floor1", marks=pytest.mark.slow),
