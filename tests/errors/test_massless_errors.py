@@ -43,5 +43,7 @@ def test_a_slender_bar_that_may_spin_and_touches_a_floor_is_refused_by_name(axis
     bar = s.body("bar", fb.slender_bar(10, 2, axis=axis))
     s.free("air", s.ground, bar)
     s.contact("floor", bar.sphere(0.02), s.ground.plane(normal="z"), friction=0.2)
-    with pytest.raises(ModelError, match=f"'air_w{axis}' moves no mass of 'ladder'.* a moment of inertia above 0"):
+    with pytest.raises(
+        ModelError, match=f"'air_w{axis}' moves no mass of 'ladder'.* a moment of inertia above 0"
+    ):
         fb.simulate(s, 1, initial={"air_z": 1})

@@ -18,7 +18,7 @@ JAMS = {("quadruped", 2)}
 """Feet that slide and jam: Painlevé's paradox. No set of feet that press has a motion."""
 OPEN = {
     ("cart", 22),  # a wheel at its limit of friction for 8e-10 s as it falls flat
-    ("gripper", 18), ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
+    ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
     # feet stick and slip in turn near a jam: no motion is found with feet at rest, and one sticks beyond its cone
     ("quadruped", 1), ("quadruped", 6),
 }  # fmt: skip
@@ -65,6 +65,8 @@ def obeys(kind, seed):
         ("gripper", 147),
         ("pendulums", 13),
     ]
+    # contacts that press in steps of the speeds, and were left open by them
+    + [("gripper", 18)]
     + [pytest.param(*one, marks=pytest.mark.slow) for one in SLOW],
 )
 def test_machines_obey_the_laws_of_contact(kind, seed):
@@ -257,6 +259,7 @@ def test_feet_that_jam_are_a_paradox(seed, monkeypatch):
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
+        ("quadruped", 168),
         ("quadruped", 130),
         # by a joint that its load brakes
         pytest.param("pendulums", 107, marks=pytest.mark.slow),
