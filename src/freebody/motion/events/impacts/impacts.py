@@ -64,22 +64,34 @@ def strike(it: EventRun, contacts: Contacts) -> int:
         status = one_by_one(it, contacts)
         take_impulses(it, contacts)
         return status
+    contacts.poisson = law_of_impact(it)
+    if contacts.poisson < 0:
+        return event_run.MIXED
     split(it)
-    first, part, residual = 0, 1.0, 0.0
-    while first < it.concerned_count:
+    first, least, most, residual, status = 0, 1.0, 0.0, 0.0, 0
+    while first < it.concerned_count and status == 0:
         first = take_island(it, first)
         if is_hit(it) != 0:
-            gather(it, contacts, 1, 1.0)
             status = together(it, contacts)
-            if status != 0:
-                return status
-            take_impulses(it, contacts)
-            part, residual = lesser(part, contacts.part), greater(residual, contacts.residual)
-            if contacts.directions < contacts.rows and impulses_decide(it, contacts) != 0:
-                it.open = 1
+            least, most = lesser(least, contacts.part), greater(most, contacts.part)
+            residual = greater(residual, contacts.residual)
+    if status != 0:
+        return status
     take_all(it)
-    contacts.part, contacts.residual = part, residual
-    return 0
+    contacts.part, contacts.residual = least, residual
+    return together(it, contacts) if least < most else 0  # an impact has one restitution
+
+
+@compiled
+def law_of_impact(it: EventRun) -> int:
+    """Return 1 if the chosen contacts that approach rebound by Poisson's law, 0 by Newton's, and -1 if some by each."""
+    newton, poisson = 0, 0
+    for i in range(it.count):
+        k = it.chosen[i]
+        # both laws are the same one for a contact that does not rebound
+        if normal_speed(it, k) < -it.still and it.coefficients[4 * k + 2] > 0.0:
+            newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
+    return -1 if newton > 0 and poisson > 0 else (1 if poisson > 0 else 0)
 
 
 @compiled
@@ -142,21 +154,20 @@ def collide(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def together(it: EventRun, contacts: Contacts) -> int:
-    """Let the chosen contacts collide at once."""
-    newton, poisson = 0, 0
+    """Let the chosen contacts collide at once. Return a reason to stop, or 0."""
+    gather(it, contacts, 1, 1.0)
     for i in range(it.count):
-        k = it.chosen[i]
-        contacts.restitution[i] = it.coefficients[4 * k + 2]
-        # both laws are the same one for a contact that does not rebound
-        if normal_speed(it, k) < -it.still and contacts.restitution[i] > 0.0:
-            newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
-    if newton > 0 and poisson > 0:
-        return event_run.MIXED
-    contacts.poisson = 1 if poisson > 0 else 0
+        contacts.restitution[i] = it.coefficients[4 * it.chosen[i] + 2]
+    status = 0
     if it.loads > 0:
-        return collided_under_loads(it, contacts)
-    run_by(it.colliding, contacts)
-    return 0 if contacts.residual <= ACCEPTED else event_run.NO_IMPULSES
+        status = collided_under_loads(it, contacts)
+    else:
+        run_by(it.colliding, contacts)
+        status = 0 if contacts.residual <= ACCEPTED else event_run.NO_IMPULSES
+    take_impulses(it, contacts)
+    if status == 0 and contacts.directions < contacts.rows and impulses_decide(it, contacts) != 0:
+        it.open = 1
+    return status
 
 
 @compiled
