@@ -11,8 +11,8 @@ from .pairs import faced
 from .stepping_record import Run
 
 FEWER, FEW, MORE = 8, 16, 40
-"""Sweeps before the first turn of Newton's method, of faces on faces and of others, and before the second one: where
-forces are open, Newton's method gains more than sweeps."""
+"""Sweeps before the first turns of Newton's method for faces on faces, whose forces are open, so that Newton's method
+gains more than sweeps do; for others before its first turn, and before its second one."""
 CLOSE = 100.0
 """Multiple of the tolerance of a step at which a search that is slow ends: more than round-off may be left of rows that
 are nearly alike."""
@@ -28,20 +28,20 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
     A residual `close` to it is taken where a turn has not ended, and one of ``enough`` where four have not.
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
-    problem, most, fair = run.problem, 0, close(run, goal, enough)
+    problem, many, fair = run.problem, FEW, close(run, goal, enough)
     limit = fair
     if near == 1 and settle(problem, islands, goal, fair, enough, SMALL_FIRST) <= fair:
         return 1
+    faces = faced(run)
     for turn in range(TURNS):
         if turn == ANEW:
             for a in range(problem.count):
                 problem.x[a] = 0.0
-        if turn == 0:
-            most = FEWER if faced(run) == 1 else FEW
-        elif turn == 1:
-            most = MORE
+        if turn == 1:
+            many = MORE
         elif turn > 1:
-            most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
+            many = 8 * many if 8 * many < run.most_sweeps else run.most_sweeps
+        most = FEWER if faces == 1 and turn < ANEW else many
         if turn == WEARY:
             limit = greater(goal, enough)
         sweeps = solve(problem, run.sweeping, goal, most)
