@@ -315,7 +315,7 @@ def open_pulling(it: EventRun, contacts: Contacts) -> None:
                 k = it.chosen[i]
                 rigid = it.held[k] == 0 and it.presser[k] < 0 and it.compliant[k] == 0
                 N = it.speeds[it.first[k]] + (it.adhesion[k] if it.adhering[k] != 0 else 0.0)
-                if rigid and it.mode[k] != laws.OPEN and N < least:
+                if rigid and it.mode[k] != laws.OPEN and least > N:
                     found, least = k, N
         pulls = 0
         if found >= 0:
