@@ -15,6 +15,7 @@ from ...native.loop import passed
 from ...native.records import address
 from ..ending import End
 from . import loops
+from .layout import EXPLICIT
 from .memory import equip, memory
 
 Array = NDArray[np.float64]
@@ -218,12 +219,26 @@ class Sampler:
         loops.sample(path.method, self.run, path.steps, int(self.dense), moments.size, moments, result)
         diverged = ~np.isfinite(result).all(axis=1)
         if diverged.any():  # the states of the run itself are all finite
-            raise SimulationError(
-                f"The iteration of method {path.method!r} does not converge for a step that ends at t = "
-                f"{moments[diverged][0]:g}. Shorter steps do: pass a smaller max_step=, step= or tolerance=, or times= "
-                "at the steps; where bars come into line, take method='auto'."
-            )
+            raise self._no_state(float(moments[diverged][0]))
         return result
+
+    def _no_state(self, t: float) -> SimulationError:
+        """Return the error for a time at which a step has no end."""
+        path = self.path
+        if path.method not in EXPLICIT:
+            return SimulationError(
+                f"The iteration of method {path.method!r} does not converge for a step that ends at t = {t:g}. Shorter "
+                "steps do: pass a smaller max_step=, step= or tolerance=, or times= at the steps; where bars come into "
+                "line, take method='auto'."
+            )
+        k = int(np.abs(path.times - t).argmin())
+        near = path.times[max(k - 1, 0) : k + 2]
+        before, after = near[near <= t].max(), near[near >= t].min()
+        return SimulationError(
+            f"The rates are not finite at t = {t:.9g} s, between the steps of the run at {before:.9g} and {after:.9g} "
+            "s, which passed over it: a division by zero, or a root of a negative number. Look there, pass a smaller "
+            "max_step= or tolerance= so that the run meets it, or ask for times= at its steps."
+        )
 
 
 def within(path: Any, times: ArrayLike) -> Array:

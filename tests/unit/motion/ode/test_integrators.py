@@ -905,3 +905,15 @@ def test_auto_leaves_a_short_run_alone():
     two = fb.simulate(pendulum(), 20, initial={"theta": 2}, method="taylor")
     np.testing.assert_array_equal(one.path.states, two.path.states)
     assert one.path.relative[0] == 1e-9
+
+
+def test_a_state_between_steps_that_passed_over_a_place_without_rates():
+    s = fb.System("gap")
+    body = s.body("b", fb.sphere(1, 0.1))
+    s.slider("rail", s.ground, body, axis="x", coordinate="x")
+    s.force("F", body.origin, ("sqrt((t - 0.45)**2 - 0.0004)", 0, 0))
+    motion = fb.simulate(s, 1.0, step=1.0, method="dop853", samples=2)
+    with pytest.raises(
+        fb.FreebodyError, match="rates are not finite at t = 0.45 s, between the steps of the run at 0 and 1 s"
+    ):
+        motion.at(0.45)
