@@ -15,7 +15,7 @@ from ...native.loop import passed
 from ...native.records import address
 from ..ending import End
 from . import loops
-from .layout import EXPLICIT
+from .layout import ITERATED
 from .memory import equip, memory
 
 Array = NDArray[np.float64]
@@ -225,7 +225,7 @@ class Sampler:
     def _no_state(self, t: float) -> SimulationError:
         """Return the error for a time at which a step has no end."""
         path = self.path
-        if path.method not in EXPLICIT:
+        if path.method in ITERATED:
             return SimulationError(
                 f"The iteration of method {path.method!r} does not converge for a step that ends at t = {t:g}. Shorter "
                 "steps do: pass a smaller max_step=, step= or tolerance=, or times= at the steps; where bars come into "

@@ -20,6 +20,8 @@ EXPLICIT: dict[str, int] = {"dop853": 8, "dop54": 5, "tsit5": 5}
 list; a user's own method is a value (`tableau.RungeKutta`)."""
 ORDERS = {**EXPLICIT, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
 """All methods and their orders (`method.Method`); each is the file of its name."""
+ITERATED = ("radau", "gauss", "structure")
+"""Methods that find the end of a step by iteration."""
 
 SINGLE_STEPS = ("crossing",)
 """Methods whose states between the ends of a step come from the step as a whole."""
