@@ -40,25 +40,12 @@ from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 from .rings import follow_load, stand
 from .setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from .shares import forces_decide, forces_decided
-from .slips import (
-    UPSET,
-    begin_slip,
-    fading,
-    halt,
-    resolve_slips,
-    shortest_turn,
-    turn_back,
-    turned_over,
-)
-from .speeds import (
-    decided_by_speeds,
-    end_of_phase,
-    hold,
-    keep_start,
-    pass_dead_centre,
-    rest_given_up,
-    watch_cones,
-)
+from .slips.slip_ends import fading, halt, resolve_slips, turn_back
+from .slips.slip_starts import begin_slip, shortest_turn, turned_over
+from .slips.straight_steps import UPSET
+from .speeds.held_phases import end_of_phase, keep_start, pass_dead_centre
+from .speeds.open_cones import hold, rest_given_up, watch_cones
+from .speeds.speeds import decided_by_speeds
 from .ties import begin_to_leave
 
 

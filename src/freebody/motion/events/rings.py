@@ -25,7 +25,7 @@ from .event_run import EventRun
 from .impulse_system import add_row, impelled
 from .moment import choose_all, look, normal_speed, row_of
 from .setting import displace, normalise
-from .slips import scale_of
+from .slips.slip_starts import scale_of
 
 POINTS = 4
 HEIGHT = 2e-11

@@ -16,7 +16,7 @@ from .event_run import EventRun
 from .moment import choose, copy, largest, look, slip_speed
 from .problem import is_unloaded
 from .setting import set_up
-from .slips import slip_acceleration
+from .slips.slip_starts import slip_acceleration
 
 STEADY = 0.01
 """Part of the time in which a slow slip in space would turn or end, in which its direction stays."""

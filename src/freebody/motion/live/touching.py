@@ -14,7 +14,7 @@ from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
 from ..events.jumps import forget_signs, take_sides
 from ..events.moment import copy, look
-from ..events.slips import resolve_slips
+from ..events.slips.slip_ends import resolve_slips
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
 from ..kernels.sided_run import SidedRun
