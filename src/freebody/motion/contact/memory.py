@@ -163,7 +163,7 @@ class Memory:
         run.required = m
         watch(search, address, self.phase, watched.directions, watched.terminal, self.endings)
         search.unjudged[count + self.scene.laws :] = (
-            1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+            1  # each phase says which gaps it judges (`phase_stages.begin_steps`)
         )
         make_rows(run, PIECE)
         make_log(search, PIECE, n)

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, lesser, root
-from ..ode.layout import RUNNING, TERMINAL
-from ..ode.run import Newton, Run
-from ..phase import laws
-from ..phase.phase_record import PhaseData
-from . import event_run
-from .event_run import EventRun
-from .jumps import switch_laws
-from .moment import copy, largest, look, slip_speed
+from ....native.instructions import compiled, lesser, root
+from ...ode.layout import RUNNING, TERMINAL
+from ...ode.run import Newton, Run
+from ...phase import laws
+from ...phase.phase_record import PhaseData
+from .. import event_run
+from ..event_run import EventRun
+from ..jumps import switch_laws
+from ..moment import copy, largest, look, slip_speed
 
 TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
