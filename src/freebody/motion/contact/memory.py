@@ -12,7 +12,8 @@ from ...native.loop import make_together
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events.code import code
-from ..events.event_run import PIECE, EventRun, event_run
+from ..events.event_run import EventRun, event_run
+from ..events.limits import PIECE
 from ..kernels.hoisted import Hoisted
 from ..kernels.kernels import Kernels
 from ..kernels.sided_run import SidedRun

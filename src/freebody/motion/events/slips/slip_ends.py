@@ -8,7 +8,7 @@ from ...cones.contacts import Contacts
 from ...ode.run import Run
 from ...phase import laws
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
 from ..moment import copy, is_smooth, largest, look, response, slip_speed
@@ -102,7 +102,7 @@ def turn_back(it: EventRun, contacts: Contacts) -> None:
 
     Otherwise the function that ends the slip would begin below zero, and never fall through it.
     """
-    found, noise = 0, event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
+    found, noise = 0, limits.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
     for k in range(it.contacts):
         v, it.stopped[k] = 0.0, 0
         if it.mode[k] == laws.SLIDE_ON or it.mode[k] == laws.SLIDE_BACK:
@@ -154,7 +154,7 @@ def halt(it: EventRun, contacts: Contacts, k: int, whole: int) -> int:
         return 1
     length = speed / slowing
     find_stopped(it, k, length)
-    if length > event_run.LONGEST:
+    if length > limits.LONGEST:
         copy(it.y, it.kept, it.n_y)
         if stop(it, contacts, 1) == 0 and whole != 0:
             copy(it.kept, it.y, it.n_y)

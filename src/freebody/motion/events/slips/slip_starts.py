@@ -6,7 +6,7 @@ from ....native.instructions import compiled, greater, lesser, root
 from ...cones.block_rows import dot
 from ...cones.contacts import Contacts
 from ...phase import laws
-from .. import event_run
+from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
 from ..moment import approaches, copy, is_smooth, largest, look, row_of, slip_speed
@@ -68,9 +68,9 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
                 count = add_row(it, count, it.first[k], 0.0)
             if it.mode[k] == laws.STICK or it.mode[k] == laws.LIMIT or goes:
                 for j in range(it.tangents[k]):
-                    goal = event_run.NUDGE * it.way[k, j] if goes else 0.0
+                    goal = limits.NUDGE * it.way[k, j] if goes else 0.0
                     count = add_row(it, count, it.first[k] + 1 + j, goal)
-    return 1 if impelled(it, contacts, count) <= 1e-3 * event_run.NUDGE else 0
+    return 1 if impelled(it, contacts, count) <= 1e-3 * limits.NUDGE else 0
 
 
 @compiled
@@ -85,7 +85,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
     if least < 0.0:
         return 0
     n_q, n = it.n_q, it.n
-    if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
+    if least <= limits.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
         if nudged(it, contacts, -1) == 0:
             return -1
         work = it.impulses
@@ -124,7 +124,7 @@ def shortest_turn(it: EventRun) -> float:
     result, a = 0.0, scale_of(it)
     for k in range(it.contacts):
         v, slides = slip_speed(it, k), it.mode[k] == laws.SLIDE and it.tangents[k] == 2
-        if slides and it.still < v <= event_run.SLOW and a > 0.0 and not is_smooth(it, k):
+        if slides and it.still < v <= limits.SLOW and a > 0.0 and not is_smooth(it, k):
             result = lesser(result, v / a) if result > 0.0 else v / a
     return result
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....native.instructions import compiled, greater, lesser
 from ...cones.contacts import Contacts
 from ...phase import laws
-from .. import event_run
+from .. import event_run, limits
 from ..decision import decide
 from ..event_run import EventRun
 from ..jumps import forget_signs
@@ -19,7 +19,7 @@ centre: rows there differ from those at it by its root."""
 @compiled
 def hold_longer(it: EventRun) -> None:
     """Hold the modes of a rest by open forces for four times as long as before, up to `HELD`."""
-    it.hold = lesser(4.0 * it.hold, event_run.HELD)
+    it.hold = lesser(4.0 * it.hold, limits.HELD)
     it.until, it.holding, it.stage = it.t + it.hold, event_run.AT_REST, event_run.SET_UP
 
 
@@ -45,7 +45,7 @@ def go_back(it: EventRun) -> None:
 def hold_shorter(it: EventRun, part: float) -> None:
     """Go back to the start of a phase that was held too long, and hold it for a part of that time."""
     go_back(it)
-    it.hold = greater(it.hold / part, event_run.LONGEST)
+    it.hold = greater(it.hold / part, limits.LONGEST)
     it.until, it.holding, it.leapt = it.t + it.hold, event_run.AT_REST, it.t
     it.stage = event_run.LAUNCH
 
@@ -61,7 +61,7 @@ def pass_dead_centre(it: EventRun, contacts: Contacts) -> int:
     it.hold = it.t - it.held_from
     if distance_parted(it) > NEAR * (1.0 + largest(it.y, it.n_q)):
         hold_shorter(it, 2.0)
-        return 0 if it.hold > event_run.LONGEST else event_run.PARTED
+        return 0 if it.hold > limits.LONGEST else event_run.PARTED
     copy_wholes(it.mode, it.before, it.contacts)
     copy(it.held_state[it.n_q :], it.y[it.n_q :], it.n)
     look(it)

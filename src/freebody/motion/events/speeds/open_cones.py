@@ -7,7 +7,7 @@ from ...cones.contacts import Contacts
 from ...phase import laws
 from ...phase.contact_outputs import force_of
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import event_run, limits
 from ..event_run import EventRun
 from ..setting import leaves_rest
 from ..shares import find_shared
@@ -21,7 +21,7 @@ def watch_cones(it: EventRun, contacts: Contacts) -> None:
     Else watch those of forces that are not open, and leave it to the next step of the speeds whether open ones can hold
     the contacts.
     """
-    if beyond_cones(it, event_run.CLOSE, 0) == 0:
+    if beyond_cones(it, limits.CLOSE, 0) == 0:
         it.holding = 0
         return
     phase = PhaseData(it.phase)
@@ -46,7 +46,7 @@ def hold(it: EventRun, contacts: Contacts) -> int:
     all that can hold it have reached their limits. So it is, without such modes, where shares of contacts at rest lie
     outside their cones along a line. In space they pass the cone again and again where contacts crowd, without need.
     """
-    weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
+    weak, starts, held = limits.SMALL * scale_of(it), 0, 0
     for k in range(it.contacts):
         if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
             if nudged(it, contacts, k) == 0:
@@ -57,7 +57,7 @@ def hold(it: EventRun, contacts: Contacts) -> int:
         for k in range(it.contacts):
             if leaves_rest(it, k) != 0 and slip_acceleration(it, k) <= weak:
                 held = hold_at_limit(it, k)
-    return 1 if held != 0 or beyond_cones(it, -event_run.SMALL, 1) != 0 else 0
+    return 1 if held != 0 or beyond_cones(it, -limits.SMALL, 1) != 0 else 0
 
 
 @compiled
@@ -113,7 +113,7 @@ def rest_given_up(it: EventRun) -> int:
     Beside a dead centre forces grow beyond all limits, which such a step of 0.1 µs does not show. Else return 0.
     """
     rests = (it.holding == event_run.AT_REST or it.creeping != 0) and has_open_forces(it) == 0
-    if not (rests and are_near_cones(it, -event_run.SMALL, 0) != 0):
+    if not (rests and are_near_cones(it, -limits.SMALL, 0) != 0):
         return 0
     it.holding, it.creeping, it.stage = 0, 0, event_run.DECIDE
     return 1

@@ -16,7 +16,7 @@ from ....native.instructions import compiled, greater, run_by
 from ...cones.contacts import ACCEPTED, Contacts
 from ...phase.contact_outputs import evaluated, extended
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
 from ..moment import approaches, choose_all, copy, largest, look, presses, pull, size_of
@@ -121,7 +121,7 @@ def presses_in_step(it: EventRun, contacts: Contacts, i: int) -> int:
     if it.held[it.chosen[i]] != 0:
         return 1
     p = contacts.presser[i] if contacts.presser[i] >= 0 else i
-    least = event_run.SMALL * largest(contacts.forces, contacts.rows)
+    least = limits.SMALL * largest(contacts.forces, contacts.rows)
     return 1 if contacts.forces[contacts.at[p]] > least else 0
 
 

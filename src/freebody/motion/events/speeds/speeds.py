@@ -6,7 +6,7 @@ import math
 
 from ....native.instructions import compiled, lesser
 from ...cones.contacts import Contacts
-from .. import event_run
+from .. import event_run, limits
 from ..event_run import EventRun
 from ..moment import copy, look
 from .held_phases import hold_longer, hold_shorter
@@ -27,7 +27,7 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
     checked = it.checking
     it.checking = 0
     again = it.leap > 0.0 and it.t - it.leapt <= 2.0 * it.leap
-    length = lesser(2.0 * it.leap, event_run.LONGEST) if again else event_run.SHORTEST
+    length = lesser(2.0 * it.leap, limits.LONGEST) if again else limits.SHORTEST
     if checked != 0 and is_unchanged(it, length) != 0:
         hold_longer(it)
         return 1
@@ -36,12 +36,12 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
         return 0
     it.leap, it.leapt, it.stage, it.hit = length, it.t, event_run.ARRIVE, 0
     if hold_at_rest(it, contacts) != 0:
-        it.hold = it.hold if checked != 0 else event_run.LONGEST / 4.0
+        it.hold = it.hold if checked != 0 else limits.LONGEST / 4.0
         hold_longer(it)
-    elif checked != 0 and it.hold > event_run.LONGEST:
+    elif checked != 0 and it.hold > limits.LONGEST:
         hold_shorter(it, 8.0)  # contacts had begun to slip before its end
         return 1
-    elif length == event_run.LONGEST and creep(it, contacts) != 0:
+    elif length == limits.LONGEST and creep(it, contacts) != 0:
         it.stage = event_run.SET_UP
     for k in range(it.contacts):
         if it.reason[k] == event_run.CONE_REACHED:

@@ -8,7 +8,7 @@ from ....native.instructions import compiled, lesser
 from ...cones.contacts import ACCEPTED, Contacts
 from ...phase import laws
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import limits
 from ..event_run import EventRun
 from ..moment import approaches, copy_wholes, is_smooth, largest, presses, size_of, slip_speed
 from ..setting import depends, listed, set_up
@@ -26,7 +26,7 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
         leave_pulling(it, contacts)
-        if beyond_cones(it, -event_run.SMALL, 0) != 0:
+        if beyond_cones(it, -limits.SMALL, 0) != 0:
             stay_at_limits(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
@@ -50,7 +50,7 @@ def creep(it: EventRun, contacts: Contacts) -> int:
     if least == it.slowest or it.refuse != 0:
         return 0
     copy_wholes(it.mode, it.before, it.contacts)
-    if step_of_speeds(it, contacts, event_run.BRIEF) == 0 or modes_of_step(it, contacts) < 0:
+    if step_of_speeds(it, contacts, limits.BRIEF) == 0 or modes_of_step(it, contacts) < 0:
         copy_wholes(it.before, it.mode, it.contacts)
         return 0
     open_pulling(it, contacts)
@@ -64,7 +64,7 @@ def open_pulling(it: EventRun, contacts: Contacts) -> None:
     pulls = 1
     while pulls != 0:
         set_up(it, contacts)
-        found, least = -1, -event_run.SMALL * largest(contacts.forces, contacts.rows)
+        found, least = -1, -limits.SMALL * largest(contacts.forces, contacts.rows)
         if has_forces(it, contacts) != 0:
             for i in range(contacts.contacts):
                 k = it.chosen[i]
@@ -159,7 +159,7 @@ def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
             if n == 1:
                 it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
     set_up(it, contacts)
-    if beyond_cones(it, -event_run.SMALL, 0) != 0 or are_held(it, contacts) == 0:
+    if beyond_cones(it, -limits.SMALL, 0) != 0 or are_held(it, contacts) == 0:
         copy_wholes(it.before, it.mode, it.contacts)
         set_up(it, contacts)
 
@@ -182,6 +182,6 @@ def slow_slips(it: EventRun) -> int:
     found = 0
     for k in range(it.contacts):
         touches = it.closed[k] != 0 or (it.compliant[k] != 0 and presses(it, k) != 0)
-        if touches and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= event_run.SLOW:
+        if touches and it.tangents[k] == 2 and it.still < slip_speed(it, k) <= limits.SLOW:
             found += 1
     return found

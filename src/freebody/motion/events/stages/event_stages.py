@@ -6,7 +6,7 @@ from ....native.instructions import compiled, lesser
 from ...cones.contacts import Contacts
 from ...ode.layout import FINISHED, RUNNING
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import event_run, limits
 from ..decision import decide
 from ..event_run import EventRun
 from ..impacts.bounces import limited, unseen
@@ -33,13 +33,13 @@ def arrive(it: EventRun) -> int:
     if it.implicit != 0:
         return event_run.OTHER_METHOD
     it.creeping, PhaseData(it.phase).stopped = 0, it.slowest
-    it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
+    it.crowd = it.crowd + 1 if it.t - it.last <= limits.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
         it.left[k] = it.parted[k] = 0
     find_closed(it)
     it.stage, it.resting, it.holding = event_run.COLLIDE, 0, 0
-    return event_run.TOO_MANY if it.crowd > event_run.ENDLESS or it.phases > it.most_phases else RUNNING
+    return event_run.TOO_MANY if it.crowd > limits.ENDLESS or it.phases > it.most_phases else RUNNING
 
 
 @compiled
@@ -50,7 +50,7 @@ def collision(it: EventRun, contacts: Contacts) -> int:
         return status
     it.stage = event_run.CORRECT
     # slips begin and stop in turn: one of two events that follow each other has one
-    crowded = it.crowd % event_run.CROWDED >= event_run.CROWDED - 2
+    crowded = it.crowd % limits.CROWDED >= limits.CROWDED - 2
     if (
         it.hit == 0
         and (crowded or it.checking != 0)
@@ -58,7 +58,7 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     ):
         return RUNNING
     it.checking = 0
-    if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
+    if it.crowd == limits.ENDLESS // 4 or it.crowd == limits.ENDLESS // 2:
         end_slow_slips(it, contacts)
     return event_run.OPEN_IMPULSES if it.hit != 0 and it.refuse != 0 and it.open != 0 else RUNNING
 
@@ -135,7 +135,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     decides = 1 if it.choice != 0 or (it.spare_count > 0 and forces_decide(it, contacts) != 0) else 0
     if decides != 0 and it.refuse != 0:
         return event_run.OPEN_FORCES
-    longest, end = event_run.LONGEST, it.target
+    longest, end = limits.LONGEST, it.target
     if it.holding == event_run.AT_REST:
         watch_cones(it, contacts)
     if it.resting != 0:

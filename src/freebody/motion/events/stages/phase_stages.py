@@ -11,7 +11,7 @@ from ...ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFIN
 from ...ode.run import Run
 from ...phase import laws
 from ...phase.phase_record import PhaseData
-from .. import event_run
+from .. import event_run, limits
 from ..decision import decide
 from ..event_run import EventRun
 from ..impacts.borne_loads import keep_loads
@@ -120,9 +120,9 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
     if it.budget <= 0 or it.stop != 0:
         return event_run.PAUSE
-    if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
+    if it.logged + limits.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    piece = event_run.PIECE if it.budget > event_run.PIECE else it.budget
+    piece = limits.PIECE if it.budget > limits.PIECE else it.budget
     run.room = piece if it.steps_left > piece else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
@@ -149,7 +149,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
             if fading(it, 0) >= 0:
                 it.crept = 0
                 return end_phase(it, run, contacts, COLLAPSED)
-        if crept > event_run.STALL:
+        if crept > limits.STALL:
             return event_run.STALLED
         if it.steps_left > 0:
             return RUNNING

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from contact_machines import at_start, block_on_feet
-from freebody.motion.events import event_run
+from freebody.motion.events import event_run, limits
 from freebody.native import loop
 
 
@@ -14,7 +14,7 @@ def held(name):
 
 def test_a_rest_is_held_for_four_times_as_long_each_time_up_to_a_limit():
     it = at_start(block_on_feet()).it
-    it.hold, lengths = event_run.LONGEST, []
+    it.hold, lengths = limits.LONGEST, []
     for _ in range(6):
         held("hold_longer")(it)
         lengths.append(it.until - it.t)

@@ -3,7 +3,7 @@
 import pytest
 
 from contact_machines import G, at_start, block_on_feet
-from freebody.motion.events import event_run
+from freebody.motion.events import event_run, limits
 from freebody.native import loop
 
 PASS = loop.code("motion.events.speeds.speeds", "decided_by_speeds")
@@ -23,7 +23,7 @@ def test_steps_grow_to_twice_their_length_up_to_the_longest():
 
 def test_a_step_beyond_the_end_is_not_passed():
     work = at_start(block_on_feet(), speed=1.0)
-    assert PASS(work.it, work.memory.problem, event_run.SHORTEST / 2) == 0
+    assert PASS(work.it, work.memory.problem, limits.SHORTEST / 2) == 0
     assert work.it.t == 0
 
 
@@ -31,4 +31,4 @@ def test_feet_at_rest_are_held():
     work = at_start(block_on_feet(load=0.4 * G))
     assert PASS(work.it, work.memory.problem, 1.0) == 1
     assert work.it.holding == event_run.AT_REST
-    assert work.it.until - work.it.t == pytest.approx(event_run.LONGEST, rel=1e-9)
+    assert work.it.until - work.it.t == pytest.approx(limits.LONGEST, rel=1e-9)

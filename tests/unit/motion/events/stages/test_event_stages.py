@@ -3,7 +3,7 @@
 import pytest
 
 from contact_machines import G, at_start, block_on_feet
-from freebody.motion.events import event_run
+from freebody.motion.events import event_run, limits
 from freebody.motion.ode.layout import RUNNING
 from freebody.motion.phase import laws
 from freebody.native import loop
@@ -13,7 +13,7 @@ def stage(name):
     return loop.code("motion.events.stages.event_stages", name)
 
 
-@pytest.mark.parametrize(("later", "crowd"), [(event_run.CROWD / 2, 4), (event_run.CROWD * 2, 0)])
+@pytest.mark.parametrize(("later", "crowd"), [(limits.CROWD / 2, 4), (limits.CROWD * 2, 0)])
 def test_events_crowd_where_they_follow_each_other_at_once(later, crowd):
     it = at_start(block_on_feet()).it
     it.last, it.crowd, it.most_phases = 0.0, 3, 10
@@ -24,7 +24,7 @@ def test_events_crowd_where_they_follow_each_other_at_once(later, crowd):
 
 def test_events_that_do_not_end_are_too_many():
     it = at_start(block_on_feet()).it
-    it.last, it.crowd, it.most_phases = 0.0, event_run.ENDLESS, 10
+    it.last, it.crowd, it.most_phases = 0.0, limits.ENDLESS, 10
     assert stage("arrive")(it) == event_run.TOO_MANY
 
 
