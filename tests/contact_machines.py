@@ -9,6 +9,11 @@ import numpy as np
 
 import freebody as fb
 from freebody.dynamics.kinematics import angular_velocity, point_position, point_velocity, rotation
+from freebody.motion.contact.starting_modes import see
+from freebody.motion.contact.state import ContactRun
+from freebody.motion.request import Request, problem_of
+
+G = 9.81
 
 
 def momenta(model, state, body):
@@ -222,3 +227,62 @@ def block_kicked_by_a_change():
     s = pushed_block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
     kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
     return s, kick
+
+
+def tumbling_box() -> fb.System:
+    """A box on four corners, and a ball on its arm."""
+    s = fb.System("tumbling box")
+    s.gravity = (0.3, -0.2, -9.81)
+    box, arm = (
+        s.body("box", fb.box(2, (0.4, 0.3, 0.2)).moved((0.01, 0.02, 0.03))),
+        s.body("arm", fb.box(1, (0.5, 0.1, 0.1))),
+    )
+    s.free("f", s.ground, box)
+    s.hinge("h", box, arm, at=(0.2, 0, 0), to=(-0.25, 0, 0), axis="y", coordinate="h")
+    floor = s.ground.plane(normal="z")
+    s.contact(
+        "c", box.corners(*[(x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.15, 0.15)]), floor, friction=0.5
+    )
+    s.contact("s", arm.sphere(0.05, at=(0.2, 0, 0)), floor, friction=0.2)
+    return s
+
+
+def puck_and_ball(friction, lands, pull=None, **more):
+    """A puck that stands on four points, and a ball beside it that lands at a time."""
+    s, radius = fb.System("beside"), 0.1
+    s.gravity = (0, 0, -G)
+    floor = s.ground.plane(normal="z")
+    size = (0.1, 0.1, 0.02)
+    puck, ball = s.body("puck", fb.box(1, size)), s.body("ball", fb.sphere(1, radius))
+    s.free("p", s.ground, puck)
+    s.free("b", s.ground, ball)
+    s.contact("feet", puck.corners(size=size), floor, friction=friction, **more)
+    s.contact("bounce", ball.sphere(radius), floor, restitution=0.5)
+    if pull is not None:
+        s.force("pull", puck.point(0, 0, -size[2] / 2), (f"{pull}*t", 0, 0), frame=s.ground)
+    return s, {"p_z": size[2] / 2, "b_x": 1, "b_z": radius + G * lands**2 / 2}
+
+
+def landing(motion):
+    """Return the time of the ball's first impact."""
+    return next(float(one.time) for one in motion.events if "bounce" in str(one))
+
+
+def block_on_feet(load: float = 0.0, right: float = 0.5) -> fb.System:
+    """A block of 2 kg that slides on two feet with μ = 0.5, below a load along the floor."""
+    s = fb.System("block on feet")
+    s.gravity = (0, -G, 0)
+    block = s.body("block", fb.box(2, (1, 0.2, 0.5)))
+    s.planar("plane", s.ground, block, coordinate="x y phi")
+    floor = s.ground.plane(normal="y", at=(0, -0.1, 0))
+    for name, x in (("left", -0.5), ("right", right)):
+        s.contact(name, block.point(x, -0.1, 0), floor, friction=0.5)
+    s.force("load", block.point(0, -0.1, 0), (load, 0, 0))
+    return s
+
+
+def at_start(s: fb.System, speed: float = 0.0) -> Any:
+    """A run of a block on feet at a speed, with its contacts looked at."""
+    work = ContactRun.of(problem_of(Request(s, 1)), np.full(8, 1e-9), np.full(8, 1e-9))
+    see(work, np.array([0, 0, 0, speed, 0, 0, 0, 0]))
+    return work

@@ -106,7 +106,7 @@ def test_two_laws_at_once_are_refused():
 
 
 def test_phases_without_end(monkeypatch):
-    monkeypatch.setattr(run.event_run, "PHASES", 3)
+    monkeypatch.setattr(run.limits, "PHASES", 3)
     s = fb.System("ball")
     (g,) = (s.parameters(g=G),)
     s.gravity = (0, -g, 0)

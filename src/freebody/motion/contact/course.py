@@ -17,7 +17,7 @@ from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program, at_states
 from ..ode.dense_output import Array, Path
-from ..phase.candidates import stretch_numbers
+from ..phase.candidates.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion

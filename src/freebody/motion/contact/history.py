@@ -13,6 +13,7 @@ from ...dynamics.conditions.unilateral import limits
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
+from ..events.limits import HELD, SLOW
 from ..ode.dense_output import Array, Crossing, Path
 from ..phase import laws
 from ..phase.scene import KINDS, at_limit
@@ -40,7 +41,7 @@ WHY = {
     event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
-UNWATCHED = f"open forces hold it at rest, asked every {1e3 * event_run.HELD:g} ms at most: a shorter slip is not seen"
+UNWATCHED = f"open forces hold it at rest, asked every {1e3 * HELD:g} ms at most: a shorter slip is not seen"
 """What is left open about a rest whose limits of friction are not watched."""
 
 
@@ -261,7 +262,7 @@ class History:
         _, marks, numbers = entry
         n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])
         states = numbers[1 : 1 + n_y], numbers[1 + n_y : 1 + 2 * n_y]
-        text = f"{names}: slips slower than {event_run.SLOW:.0e} m/s end here together"
+        text = f"{names}: slips slower than {SLOW:.0e} m/s end here together"
         if marks[0] == event_run.SERIES:
             text = f"{names}: the bounces end here, the limit of their geometric series"
         return Happening.between(self.work.model.state_names, float(numbers[0]), "rest", states, text)

@@ -12,7 +12,8 @@ from ...native.loop import make_together
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events.code import code
-from ..events.event_run import PIECE, EventRun, event_run
+from ..events.event_run import EventRun, event_run
+from ..events.limits import PIECE
 from ..kernels.hoisted import Hoisted
 from ..kernels.kernels import Kernels
 from ..kernels.sided_run import SidedRun
@@ -163,7 +164,7 @@ class Memory:
         run.required = m
         watch(search, address, self.phase, watched.directions, watched.terminal, self.endings)
         search.unjudged[count + self.scene.laws :] = (
-            1  # each phase says which gaps it judges (`event_loop.begin_steps`)
+            1  # each phase says which gaps it judges (`phase_stages.begin_steps`)
         )
         make_rows(run, PIECE)
         make_log(search, PIECE, n)

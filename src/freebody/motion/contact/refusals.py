@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
-from ..events import event_run
+from ..events import event_run, limits
 from ..ode.dense_output import observe
 from ..phase.laws import OPEN
 from ..phase.scene import KINDS
@@ -30,7 +30,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     impact = f"Impact at t = {t:.9g} s of '{model}': "
     h = float(np.max(it.lengths[it.first_row : it.logged - 1], initial=0.0))
     start = float(it.times[it.first_row]) if it.logged else t
-    if why == event_run.TOO_MANY and it.crowd <= event_run.ENDLESS:
+    if why == event_run.TOO_MANY and it.crowd <= limits.ENDLESS:
         return SimulationError(
             f"The motion of '{model}' has more than {it.most_phases} phases between events up to t = {t:.9g} s, as "
             "many as a run keeps. Go on from an earlier end, or take method='timestepping' with step=."
@@ -71,7 +71,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     if why == event_run.SEQUENCE:
         fastest = float(np.min(it.x[np.cumsum([0, *(1 + work.scene.tangents[k] for k in chosen[:-1])])]))
         return SimulationError(
-            f"{impact}The sequence of impacts at contacts {names} did not end after {event_run.PASSES} impacts: the "
+            f"{impact}The sequence of impacts at contacts {names} did not end after {limits.PASSES} impacts: the "
             f"fastest contact still approaches at {-fastest:.3g} {units[chosen[0]]}. Use impacts='simultaneous'."
         )
     if why == event_run.TURNED:
@@ -115,7 +115,7 @@ def stalled(work: ContactRun) -> SimulationError:
     closed = [k for k, mode in enumerate(it.mode) if mode != OPEN]
     names = ", ".join(f"'{work.names[k]}'" for k in closed) or "open"
     return SimulationError(
-        f"The motion of '{work.model.name}' does not move on: {event_run.STALL} steps led from t = {it.crept_from:.9g} "
+        f"The motion of '{work.model.name}' does not move on: {limits.STALL} steps led from t = {it.crept_from:.9g} "
         f"to {it.t:.9g} s (contacts: {names}). Forces hold it between motions that lead back to the same state."
         f"{flat(work, closed)} method='timestepping' with step= goes through such states."
     )

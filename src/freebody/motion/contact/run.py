@@ -19,7 +19,7 @@ import numpy as np
 from ...dynamics.bearing_loads import shared
 from ...dynamics.state import state_at
 from ..ending import ENDS, End
-from ..events import event_run
+from ..events import event_run, limits
 from ..events.code import code
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
 from ..ode.dense_output import Array
@@ -53,7 +53,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
     it, memory = work.it, work.memory
     it.y[:], it.t = [*state, 0.0, 0.0], begin
-    it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
+    it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, limits.PHASES
     code("forget_signs")(it)
     choose_features(work)
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
@@ -71,10 +71,10 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Progr
                     between(it.t)
                 answered(work, answer)
                 long = between.is_long
-                few = few if long else min(2 * few, event_run.NO_PAUSE)
+                few = few if long else min(2 * few, limits.NO_PAUSE)
                 it.budget = few  # a thread for the few stages after each answer would take longer than these
                 if answer == event_run.PAUSE and long:
-                    it.budget = event_run.NO_PAUSE
+                    it.budget = limits.NO_PAUSE
                     answer = between.result(lambda: it.t, loop, it, memory.steps, memory.problem)
                 else:
                     answer = loop(it, memory.steps, memory.problem)

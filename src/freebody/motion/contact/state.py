@@ -19,7 +19,7 @@ from ..kernels.sides import sided_kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
 from ..ode.dense_output import Array, outputs_at
-from ..phase.candidates import stretch_numbers
+from ..phase.candidates.candidates import stretch_numbers
 from ..phase.scene import Scene, scene_of
 from ..phase.snapshot import Snapshot
 from ..request import Problem

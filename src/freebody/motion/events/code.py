@@ -14,7 +14,7 @@ _MODULES = tuple(
         "ties",
         "impacts.impacts",
         "jumps",
-        "phase_end",
+        "stages.phase_end",
         "log",
         "moment",
         "setting",
@@ -49,8 +49,9 @@ def code(name: str) -> Function:
 
 
 def _functions() -> dict[str, Any]:
-    from . import decision, event_loop, jumps, log, moment, phase_end, setting, ties
+    from . import decision, event_loop, jumps, log, moment, setting, ties
     from .impacts import impacts
+    from .stages import phase_end
 
     return {
         name: f

@@ -17,7 +17,7 @@ from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import alone, behind, depend, is_held, unique
 from ..phase import laws
-from . import event_run
+from . import event_run, limits
 from .event_run import EventRun
 from .impacts.borne_loads import borne, set_loads
 from .moment import copy_wholes, largest, pull, size_of
@@ -162,7 +162,7 @@ def island_modes(it: EventRun, contacts: Contacts) -> int:
     for i in range(it.count):
         if it.ends[it.chosen[i]] == event_run.CONE_REACHED or it.let_go[it.chosen[i]] != 0:
             contacts.static[i] = contacts.friction[i]
-    rank = factor(contacts.A, contacts.rows, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
+    rank = factor(contacts.A, contacts.rows, contacts.factors, limits.SMALL, contacts.left, contacts.order)
     few = 0
     if alone(contacts) == 0 and unique(contacts, rank) == 0 and depend(contacts) == 0:
         few = combinations(contacts)
@@ -232,14 +232,14 @@ def name(it: EventRun, contacts: Contacts) -> None:
     """Set the modes of the solution, and of which contacts a law holds with equality, ``tied``."""
     force, rate = typical_force(contacts), typical_rate(contacts)
     f, r = 1.0 / force if force > 0.0 else 1.0, 1.0 / rate if rate > 0.0 else 1.0
-    small, slipping = rounded(contacts, event_run.SMALL), 0
+    small, slipping = rounded(contacts, limits.SMALL), 0
     for i in range(contacts.contacts):
         slipping += 1 if it.ends[it.chosen[i]] == event_run.CONE_REACHED else 0
     for i in range(contacts.contacts):
         at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
         it.mode[k], it.tied[k] = mode_of(contacts, i), 0
         # N + A has the round-off of A
-        gone = it.adhering[k] != 0 and contacts.forces[at] <= event_run.SMALL * it.adhesion[k]
+        gone = it.adhering[k] != 0 and contacts.forces[at] <= limits.SMALL * it.adhesion[k]
         if gone and it.ends[k] == event_run.NORMAL_ZERO:
             it.mode[k] = laws.OPEN
         for j in range(1 + n):
@@ -249,7 +249,7 @@ def name(it: EventRun, contacts: Contacts) -> None:
                 it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO and contacts.presser[i] < 0 else 0
             elif it.mode[k] == laws.STICK:
                 # those at their limits of friction slip together
-                limit = size_of(contacts.forces[at + 1 :], n) * f > event_run.SMALL
+                limit = size_of(contacts.forces[at + 1 :], n) * f > limits.SMALL
                 begins = slipping > 0 and limit and cone_margin(contacts, i) * f <= small
                 if begins or (it.ends[k] == event_run.CONE_REACHED and is_unloaded(it, k) != 0):
                     it.mode[k] = laws.SLIDE

@@ -7,7 +7,7 @@ from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
-from . import event_run
+from . import limits
 from .event_run import EventRun
 from .moment import copy, response, row_of, slip_speed
 from .problem import apart, couple, name_island
@@ -17,7 +17,7 @@ from .problem import apart, couple, name_island
 def add_row(it: EventRun, count: int, r: int, goal: float) -> int:
     """Append a row whose rate is to change by ``goal``; return the number of rows."""
     it.list[count], it.goal[count] = r, goal
-    for j in range(event_run.RAY):
+    for j in range(limits.RAY):
         it.ray[count, j] = 0.0
     return count + 1
 
@@ -36,7 +36,7 @@ def ray_product(it: EventRun, a: int, b: int) -> float:
     """Return the change of the rate of row a of the list per unit of unknown b."""
     r, s = it.list[a], it.list[b]
     total = response(it, r, s)
-    for j in range(event_run.RAY):
+    for j in range(limits.RAY):
         if it.ray[b, j] != 0.0:
             total += it.ray[b, j] * response(it, r, s + 1 + j)
     return total
@@ -81,7 +81,7 @@ def exchange(it: EventRun, a: int) -> None:
     """Exchange a row of the list and the one before it."""
     it.list[a - 1], it.list[a] = it.list[a], it.list[a - 1]
     it.goal[a - 1], it.goal[a] = it.goal[a], it.goal[a - 1]
-    for j in range(event_run.RAY):
+    for j in range(limits.RAY):
         it.ray[a - 1, j], it.ray[a, j] = it.ray[a, j], it.ray[a - 1, j]
 
 
@@ -97,7 +97,7 @@ def impelled_in(it: EventRun, contacts: Contacts, first: int, count: int) -> flo
         for b in range(count):
             A[a * count + b] = response(it, it.list[first + a], it.list[first + b])
             S[a * count + b] = ray_product(it, first + a, first + b)
-    kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
+    kept = factor(A, count, contacts.factors, limits.SMALL, contacts.left, order)
     for a in range(count):
         it.x[first + a] = 0.0
     turn, good = 0, 1
@@ -147,7 +147,7 @@ def apply(it: EventRun, first: int, count: int) -> None:
     """Add impulses x along the rays of rows of the list to ``whole``."""
     for a in range(first, first + count):
         it.whole[it.list[a]] += it.x[a]
-        for j in range(event_run.RAY):
+        for j in range(limits.RAY):
             if it.ray[a, j] != 0.0:
                 it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
 

@@ -30,7 +30,7 @@ from ..kernels.switching import (
 from ..ode.layout import FINISHED, STUCK
 from ..ode.run import Run
 from ..phase.phase_record import PhaseData
-from . import event_run
+from . import event_run, limits
 from .event_run import EventRun
 from .log import log_crossing, log_phase, log_state
 from .moment import largest
@@ -152,7 +152,7 @@ def judge_sides(it: EventRun) -> int:
     """Judge the sides by the rates of the phase (`switching.judge`)."""
     s = SidedRun(it.sided)
     see_laws(it)
-    why = judge(s, it.near, event_run.SMALL * (1.0 + largest(it.step[it.n_q :], it.n)))
+    why = judge(s, it.near, limits.SMALL * (1.0 + largest(it.step[it.n_q :], it.n)))
     if why == OTHER_SIDES:
         take_sides(it)
     show_sides(it)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
 from ..cones.block_rows import dot
 from ..phase.laws import CLOSED
-from .event_run import GAP_CLOSED, NORMAL_ZERO, STILL, EventRun
+from .event_run import GAP_CLOSED, NORMAL_ZERO, EventRun
+from .limits import STILL
 
 
 @compiled

@@ -9,7 +9,8 @@ from __future__ import annotations
 from ...native.instructions import compiled
 from ..cones.block_rows import join, root_of
 from ..cones.contacts import Contacts
-from .event_run import NOISE, EventRun
+from .event_run import EventRun
+from .limits import NOISE
 from .moment import copy_wholes, largest, response, row_of, slip_speed
 
 

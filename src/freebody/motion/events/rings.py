@@ -19,13 +19,13 @@ from ..cones.contacts import Contacts
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
 from ..phase import laws
-from . import event_run
+from . import event_run, limits
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
 from .moment import choose_all, look, normal_speed, row_of
 from .setting import displace, normalise
-from .slips import scale_of
+from .slips.slip_starts import scale_of
 
 POINTS = 4
 HEIGHT = 2e-11
@@ -83,7 +83,7 @@ def follow_load(it: EventRun) -> None:
             c, d = it.speeds[it.first[k + 2]], it.speeds[it.first[k + 3]]
             lost = 0
             for j in range(POINTS):
-                small = it.speeds[it.first[k + j]] <= event_run.SMALL * (a + b + c + d)
+                small = it.speeds[it.first[k + j]] <= limits.SMALL * (a + b + c + d)
                 lost += 1 if small and it.mode[k + j] != laws.OPEN else 0
             if lost > 0:
                 turn_to(it, i, a - c, b - d)
@@ -185,7 +185,7 @@ def only_bearer(it: EventRun, i: int) -> int:
     for j in range(POINTS):
         total += it.force[it.first[it.ring_first[i] + j]]
     for j in range(POINTS):
-        if it.force[it.first[it.ring_first[i] + j]] > event_run.SMALL * total:
+        if it.force[it.first[it.ring_first[i] + j]] > limits.SMALL * total:
             if found >= 0:
                 return -1
             found = j

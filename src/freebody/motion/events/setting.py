@@ -10,8 +10,9 @@ from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
-from .event_run import BESIDE, LOW, SMALL, SUMMED, EventRun
+from .event_run import BESIDE, EventRun
 from .impulse_system import add_row, impelled_in
+from .limits import LOW, SMALL, SUMMED
 from .moment import copy, largest, look, response, row_of, slip_speed
 from .problem import apart, couple, name_island
 

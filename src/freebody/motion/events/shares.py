@@ -12,7 +12,7 @@ import math
 from ...native.instructions import Reals, compiled, greater
 from ..cones.contacts import Contacts
 from ..phase import laws
-from . import event_run
+from . import limits
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
 from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
@@ -42,7 +42,7 @@ def forces_decide_in(it: EventRun, contacts: Contacts, island: int) -> int:
         rough = it.mode[k] == laws.SLIDE and not is_smooth(it, k) and it.island[k] == island
         normal = it.presser[k] if it.presser[k] >= 0 else k
         if rough and it.tangents[k] == 2 and it.held[normal] == 0:
-            noise = event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
+            noise = limits.NOISE * (1.0 + largest(it.y[it.n_q :], it.n))
             unsure = greater(unsure, noise / slip_speed(it, k))
     return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
 
@@ -179,7 +179,7 @@ def eliminated(it: EventRun, contacts: Contacts, count: int) -> int:
                 if abs(S[a * count + order[b]]) > abs(S[row * count + order[column]]):
                     row, column = a, b
         order[p], order[column] = order[column], order[p]
-        if not abs(S[row * count + order[p]]) > event_run.SMALL * most:
+        if not abs(S[row * count + order[p]]) > limits.SMALL * most:
             return p
         for b in range(count):
             S[p * count + b], S[row * count + b] = S[row * count + b], S[p * count + b]
@@ -202,7 +202,7 @@ def motion_of(it: EventRun, z: Reals, count: int) -> float:
         r = it.list[b]
         for i in range(n):
             it.v[i] += z[b] * it.X[r * n + i]
-        for j in range(event_run.RAY):
+        for j in range(limits.RAY):
             if it.ray[b, j] != 0.0:
                 for i in range(n):
                     it.v[i] += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * n + i]
@@ -283,7 +283,7 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
 
     If they do not, its mode is open only until the shares are named.
     """
-    found, least = -1, -event_run.SMALL * largest(contacts.forces, contacts.rows)
+    found, least = -1, -limits.SMALL * largest(contacts.forces, contacts.rows)
     for i in range(contacts.contacts):
         k = it.chosen[i]
         bears = it.adhesion[k] if it.adhering[k] != 0 else 0.0

@@ -11,12 +11,12 @@ from ..cones.contacts import Contacts
 from ..phase import laws
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
-from . import event_run
+from . import event_run, limits
 from .event_run import EventRun
 from .moment import choose, copy, largest, look, slip_speed
 from .problem import is_unloaded
 from .setting import set_up
-from .slips import slip_acceleration
+from .slips.slip_starts import slip_acceleration
 
 STEADY = 0.01
 """Part of the time in which a slow slip in space would turn or end, in which its direction stays."""
@@ -26,9 +26,9 @@ STEADY = 0.01
 def go_straight(it: EventRun) -> float:
     """Set ``trial`` to the state a moment later, with the accelerations of the decision; return how much later."""
     machine, state = PhaseData(it.looking), it.trial
-    length = event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
+    length = limits.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
     for _ in range(it.crowd):  # where events crowd, modes follow each other within less
-        length *= 0.5 if length > event_run.BRIEFEST else 1.0
+        length *= 0.5 if length > limits.BRIEFEST else 1.0
     for k in range(it.contacts):  # a straight line must not lead a slow slip beyond its end
         if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and slip_speed(it, k) > it.still:
             change = slip_acceleration(it, k)

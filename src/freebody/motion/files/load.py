@@ -32,7 +32,7 @@ from ..legs.sided_variation import with_signs
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
-from ..phase.candidates import layout_of
+from ..phase.candidates.candidates import layout_of
 from ..phase.scene import Phase, phase_of
 from ..timestepping.course import InSteps
 from ..timestepping.intervals import Intervals

@@ -18,7 +18,7 @@ from ...dynamics.bearing_loads import LOADED
 from ...errors import NoDerivativesError
 from ..kernels.program import at_state
 from ..ode.dense_output import Array
-from ..phase.candidate_slopes import bearing_slopes
+from ..phase.candidates.candidate_slopes import bearing_slopes
 
 NONE = 1e-12
 """Part of the load of a joint below which a place of it bears nothing."""

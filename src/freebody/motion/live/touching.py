@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from ...native.instructions import address_of, compiled, whole
 from ..cones.contacts import Contacts
-from ..events import event_run
+from ..events import event_run, limits
 from ..events.event_loop import pass_stage
 from ..events.event_run import EventRun
 from ..events.jumps import forget_signs, take_sides
 from ..events.moment import copy, look
-from ..events.slips import resolve_slips
+from ..events.slips.slip_ends import resolve_slips
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
 from ..kernels.sided_run import SidedRun
@@ -85,7 +85,7 @@ def begin(live: Live, it: EventRun) -> None:
     hold.fades = 0
     it.t, it.target = live.start, live.until
     copy(run.initial, it.y, it.n_y)
-    it.steps_left, it.budget = live.most_steps, event_run.NO_PAUSE
+    it.steps_left, it.budget = live.most_steps, limits.NO_PAUSE
     forget_signs(it)
     look(it)
 

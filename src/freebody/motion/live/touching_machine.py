@@ -19,7 +19,7 @@ from ...dynamics import State
 from ...scalar.algebra import Scalar
 from ..cones.contacts import Contacts, contacts_room
 from ..contact.memory import equip_loop
-from ..events import event_run
+from ..events import event_run, limits
 from ..kernels.hoisted import Hoisted
 from ..kernels.sided_run import SidedRun, sided_run
 from ..kernels.sides import sided_kernels
@@ -28,7 +28,7 @@ from ..phase.scene import DataProgram, Source, scene_of
 from .memory import Live
 from .setting import Setting
 
-PIECE = event_run.PIECE
+PIECE = limits.PIECE
 MOST_ROWS, MOST_PHASES = 100, 1000
 """Most rows of contacts (the room for their problem grows with the square), and most phases of a motion."""
 
@@ -174,7 +174,7 @@ class TouchingMachine:
         it.events, it.asked = count + scene.laws, count
         it.crossed = hold.event_times.size if count else 0
         it.sequential, it.refuse = setting.sequential, setting.refuse
-        it.longest, it.stale, it.most_phases = setting.longest, 1, event_run.PHASES
+        it.longest, it.stale, it.most_phases = setting.longest, 1, limits.PHASES
         live.tolerances[:] = [*setting.relative[: model.n_q + model.n_u], *[max(setting.relative)] * 2]
         if scene.sides is not None:
             laws = sided_run(scene.sides, live.tolerances.size, hoisted, addresses["laws"], live.constants)

@@ -14,7 +14,8 @@ from __future__ import annotations
 from ...dynamics.bearing_loads import LOADED
 from ...native.instructions import EPS, Reals, compiled, greater, root
 from ..cones.elimination import solved
-from .closed_contacts import NAN, balance
+from .closed_contacts import balance
+from .conditions import NAN
 from .contact_outputs import closed_touched, evaluated, extended, force_of
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes

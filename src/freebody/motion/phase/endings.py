@@ -7,7 +7,7 @@ from ..kernels import contact_quantities as quantities
 from ..kernels.switching import gauge
 from . import laws
 from .bearings import solve_once
-from .closed_contacts import gamma_of
+from .conditions import gamma_of
 from .contact_outputs import (
     adhesion_of,
     force_of,

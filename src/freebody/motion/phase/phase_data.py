@@ -15,7 +15,7 @@ from ...native.records import padded
 from ..kernels.contact_quantities import NAMES, Asked
 from ..kernels.hoisted import Hoisted
 from ..ode.dense_output import Array
-from .candidates import ContactPattern
+from .candidates.candidates import ContactPattern
 from .phase_record import PhaseData
 
 SLIPPING = "slip+", "slip-", "slip", "limit"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from ...native.instructions import EPS, Reals, compiled, greater, lesser, root
 from . import laws
 from .bearings import solve
-from .closed_contacts import NAN, independent
+from .conditions import NAN, independent
 from .contact_outputs import (
     adhesion_of,
     biases_of,

@@ -27,17 +27,7 @@ from ...native.instructions import Reals, compiled, greater, root
 from ..cones.elimination import solved
 from . import laws
 from .bearings import loads_along, solve
-from .closed_contacts import (
-    NAN,
-    condition_force,
-    first_shares,
-    force_row,
-    independent,
-    mean_normal,
-    product_of_shares,
-    set_weights,
-    weighted,
-)
+from .conditions import NAN, condition_force, force_row, independent
 from .contact_outputs import (
     adhesion_of,
     bias_along,
@@ -55,6 +45,7 @@ from .contact_outputs import (
     row_taken,
     touch_along,
 )
+from .equal_shares import first_shares, mean_normal, product_of_shares, set_weights, weighted
 from .phase_kernels import rates
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes

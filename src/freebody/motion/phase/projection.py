@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled
-from .closed_contacts import NAN, independent, rows_made
+from .conditions import NAN, independent, rows_made
 from .contact_outputs import closed_touched, direct, evaluated, moved, rates_of, touch_along
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes

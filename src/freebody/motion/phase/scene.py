@@ -28,7 +28,7 @@ from ..kernels.contact_quantities import Asked, asked_by, watched_program
 from ..kernels.kernels import Kernels
 from ..kernels.sides import SidedKernels, sides_of
 from ..ode.dense_output import Array, Rates, outputs_at
-from .candidates import Candidates
+from .candidates.candidates import Candidates
 from .laws import CLOSED, DEPENDENT
 from .phase_data import DataProgram, phase_data
 from .phase_record import PhaseData

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from ...dynamics.bearing_loads import LOADED
 from ...native.records import Count, Kernel, Record, Row, Rows, Wholes, record
 from ..ode.dense_output import Array
-from .candidate_slopes import bearing_slopes, candidate_slopes
+from .candidates.candidate_slopes import bearing_slopes, candidate_slopes
 
 
 @record

@@ -20,7 +20,7 @@ from ..families.faces import FAR
 from ..kernels.contact_quantities import Asked
 from ..moreau.stepping_record import CLOSED_GAP
 from ..ode.dense_output import Array, Crossing, Rates
-from ..phase.candidates import stretch_numbers
+from ..phase.candidates.candidates import stretch_numbers
 from .course import InSteps
 from .steps import IMPULSES, Impulses, Stepping, Steps
 

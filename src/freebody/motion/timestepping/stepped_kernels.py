@@ -31,7 +31,8 @@ from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program
-from ..phase.candidates import coupled_speeds, layout_of, speeds_inward, stretched
+from ..phase.candidates.candidates import layout_of, stretched
+from ..phase.candidates.speed_blocks import coupled_speeds, speeds_inward
 
 Whole = Any  # array of int64
 

@@ -24,7 +24,7 @@ from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.driven import Drives
 from ..moreau.stepping_record import CONTACTS, FULL, NONE
 from ..ode.dense_output import Array, Crossing, observe
-from ..phase.candidates import layout_of
+from ..phase.candidates.candidates import layout_of
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_forwards, most_steps
 from ..start.fitting import refuse_misfits

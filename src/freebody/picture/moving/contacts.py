@@ -14,7 +14,7 @@ from ...dynamics.state import State
 from ...model.contact import friction_margin
 from ...motion.contact.course import distances
 from ...motion.ode.dense_output import observe
-from ...motion.phase.candidates import stretch_numbers
+from ...motion.phase.candidates.candidates import stretch_numbers
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from freebody.cli import main
 from freebody.errors import SimulationError
 from freebody.motion.contact.refusals import refusal
 from freebody.motion.contact.state import ContactRun
-from freebody.motion.events import event_run
+from freebody.motion.events import event_run, limits
 from freebody.motion.kernels.kernels import kernels_of
 
 PAGE = (Path(__file__).parents[4] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
@@ -175,7 +175,7 @@ def test_pieces_without_a_thread_stay_short(monkeypatch):
     ceiling = s.ground.plane(at=(0, 1, 0), normal=(0, -1, 0))
     s.contact("ceiling", ball.point(0, 0, 0), ceiling, restitution=1)
     fb.simulate(s, 100, initial={"y": 0.5, "y'": 30})
-    alone = [budget for budget in budgets if budget < event_run.NO_PAUSE]
+    alone = [budget for budget in budgets if budget < limits.NO_PAUSE]
     assert len(budgets) > len(alone) + 3 and len(alone) > 4 and max(alone) <= run.FEW
 
 

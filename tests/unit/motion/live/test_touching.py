@@ -8,7 +8,7 @@ import pytest
 import freebody as fb
 from contact_machines import add_bouncing_ball, ball_on_plane, falling_rod, seesaw
 from freebody.motion.ending import End
-from freebody.motion.events.event_run import STALL
+from freebody.motion.events.limits import STALL
 from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.memory import DEEP, TOO_MANY_PHASES

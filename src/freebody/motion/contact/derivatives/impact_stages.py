@@ -14,7 +14,7 @@ import numpy as np
 
 from ...cones.collision import compiled_code
 from ...cones.contacts import contacts_room
-from ...events import event_run
+from ...events import limits
 from ...legs.blow_slopes import Struck, after_blow, reactions_of_blow
 from ...legs.loaded_slopes import load_of_impact
 from ...ode.dense_output import Array
@@ -55,7 +55,7 @@ def after_blow_in_joints(slopes: Slopes, hit: Struck, sigma: Array, tau: Array) 
     if not slopes.scene.loaded:
         return after_blow(slopes, hit, sigma, tau)
     after, blown = reactions_of_blow(slopes, hit, sigma, tau)
-    still = event_run.STILL * (1 + float(np.abs(after[slopes.model.n_q : slopes.moved]).max(initial=0)))
+    still = limits.STILL * (1 + float(np.abs(after[slopes.model.n_q : slopes.moved]).max(initial=0)))
     between = after_blow(slopes, hit._replace(after=after), sigma, tau)
     none = np.zeros(slopes.scene.rows)
     rub = Impact(hit.t, after, hit.after, slopes.scene.loaded, none, 0.0, still, blown=blown)
@@ -95,7 +95,7 @@ def one_by_one(slopes: Slopes, hit: Impact, sigma: Array) -> Iterator[Impact]:
     scene, y, origin = slopes.scene, hit.before, (hit.before, sigma)
     own = [k for k in hit.chosen if scene.presser[k] < 0]
     size = np.abs([slopes.look(hit.t, y).rate[r] for r in rows_of(slopes, hit.chosen)]).max()
-    for _ in range(event_run.PASSES):
+    for _ in range(limits.PASSES):
         seen = slopes.look(hit.t, y)
         speeds = [float(seen.rate[scene.first[k]]) for k in own]
         k = own[int(np.argmin(speeds))]

@@ -18,7 +18,7 @@ from ...kernels.program import Program, at_states
 from ...legs.number_derivatives import Numbers
 from ...legs.variation import energy_named
 from ...ode.dense_output import Array, Crossing
-from ...phase.candidate_slopes import along
+from ...phase.candidates.candidate_slopes import along
 from ...trajectory.computed_motion import ComputedMotion
 from ...trajectory.event import expressions_of
 from ...trajectory.in_legs import phases_of

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...events import event_run
-from ...events.event_run import STILL
+from ...events.limits import STILL
 from ...kernels.program import at_states
 from ...ode.dense_output import Array
 from ...phase.laws import CLOSED

@@ -20,7 +20,7 @@ from ...kernels.program import at_state
 from ...legs.driven_slopes import inputs_of
 from ...legs.variation import Unknown
 from ...ode.dense_output import Array, Rates, outputs_at
-from ...phase.candidate_slopes import candidate_slopes
+from ...phase.candidates.candidate_slopes import candidate_slopes
 from ...phase.scene import Phase, Scene, scene_of
 from ...phase.slopes_record import PhaseSlopes, phase_slopes
 from ...phase.snapshot import Snapshot

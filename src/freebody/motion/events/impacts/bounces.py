@@ -14,7 +14,7 @@ for contacts whose impacts follow each other in no order, and for those that an 
 from __future__ import annotations
 
 from ....native.instructions import EPS, compiled, greater
-from .. import event_run
+from .. import event_run, limits
 from ..event_run import EventRun
 from ..moment import copy, copy_wholes, largest, normal_speed
 from .rests import log_rest
@@ -47,16 +47,14 @@ def limited(it: EventRun) -> int:
         take_flights(it, LOWEST)
         return 1
     clear(it)
-    return (
-        1 if take_flights(it, LOWEST if it.crowd >= event_run.ENDLESS // 4 else event_run.SUMMED) > 0 else 0
-    )
+    return 1 if take_flights(it, LOWEST if it.crowd >= limits.ENDLESS // 4 else limits.SUMMED) > 0 else 0
 
 
 @compiled
 def unseen(it: EventRun) -> int:
     """Set ``taking`` for flights lower than the round-off of their gap; return their number."""
     clear(it)
-    return take_flights(it, event_run.LOW)
+    return take_flights(it, limits.LOW)
 
 
 @compiled
@@ -83,7 +81,7 @@ def take_flights(it: EventRun, height: float) -> int:
             e = greater(e, v / it.bounce_speed[last])
         if e < 1.0:
             it.rest_left = greater(it.rest_left, 2.0 * it.flight[k] / (1.0 - e))
-        if e < 1.0 or height == event_run.LOW:
+        if e < 1.0 or height == limits.LOW:
             it.taking[k], found = 1, found + 1
     return found
 
@@ -104,7 +102,7 @@ def of_one_contact(it: EventRun) -> int:
         return 0
     a = v / it.flight[k]
     it.rest_left = 2.0 * v / (a * (1.0 - e))
-    alone = abs(a + it.c[it.first[k]]) <= event_run.SMALL * a
+    alone = abs(a + it.c[it.first[k]]) <= limits.SMALL * a
     if v * it.flight[k] > 2.0 * (ALONE if alone else AMONG) * size:
         return 0
     # the change of a over the remaining time is estimated from the last flight: a = 2 v_before / (t - t_before)
@@ -118,7 +116,7 @@ def of_one_contact(it: EventRun) -> int:
 def of_a_cycle(it: EventRun) -> int:
     """Return 1 if impacts come in cycles that shrink by a constant factor and are too low to follow, else 0."""
     last = it.bounces - 1
-    for period in range(1, event_run.PERIOD + 1):
+    for period in range(1, limits.PERIOD + 1):
         if it.bounces < 3 * period + 1:
             return 0
         same = 1

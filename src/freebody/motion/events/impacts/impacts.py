@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from ....native.instructions import compiled, greater, lesser, run_by
 from ...cones.contacts import ACCEPTED, Contacts
-from .. import event_run
+from .. import event_run, limits
 from ..event_run import EventRun
 from ..impulse_system import move_speeds
 from ..log import begin, end, mark, note, note_all
@@ -179,7 +179,7 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
     for a in range(m):
         total[a] = 0.0
     size = greater(largest(v, m), it.still)
-    for _ in range(event_run.PASSES):
+    for _ in range(limits.PASSES):
         fastest, place, at, first = 0.0, -1, 0, 0
         for i in range(it.count):
             if it.presser[it.chosen[i]] < 0 and (place < 0 or v[at] < fastest):
@@ -248,11 +248,11 @@ def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
 @compiled
 def remember(it: EventRun, fastest: float, still: float) -> None:
     """Keep the impact of the contacts ``taking`` in mind, one of a possible series of bounces."""
-    if it.bounces == event_run.BOUNCES:
-        for i in range(event_run.BOUNCES - 1):
+    if it.bounces == limits.BOUNCES:
+        for i in range(limits.BOUNCES - 1):
             it.bounce_time[i], it.bounce_speed[i] = it.bounce_time[i + 1], it.bounce_speed[i + 1]
             it.bounce_stuck[i] = it.bounce_stuck[i + 1]
-        for i in range((event_run.BOUNCES - 1) * it.contacts):
+        for i in range((limits.BOUNCES - 1) * it.contacts):
             it.bounced[i] = it.bounced[i + it.contacts]
         it.bounces -= 1
     b, stuck = it.bounces, 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....native.instructions import compiled
 from ...cones.contacts import Contacts
-from .. import event_run
+from .. import event_run, limits
 from ..event_run import EventRun
 from ..impulse_system import add_ray, add_row, impelled, move_speeds
 from ..log import begin, end, mark, note, note_all
@@ -59,9 +59,9 @@ def sticks(it: EventRun, k: int) -> int:
 
     Else 0.
     """
-    if slip_speed(it, k) <= event_run.SLOW:
+    if slip_speed(it, k) <= limits.SLOW:
         return 1
-    for b in range(it.bounces - 1, it.bounces - 1 - event_run.PERIOD, -1):
+    for b in range(it.bounces - 1, it.bounces - 1 - limits.PERIOD, -1):
         if it.taking[k] != 0 and b >= 0 and it.bounced[b * it.contacts + k] != 0:
             return it.bounce_stuck[b]
     return 0
@@ -110,7 +110,7 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
         it.taking[k], rests = 0, it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still
         if rests:
             count = add_row(it, count, it.first[k], -normal_speed(it, k))
-        slow_enough = it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW
+        slow_enough = it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= limits.SLOW
         if slow_enough and (rests or (it.compliant[k] != 0 and presses(it, k) != 0)):
             it.taking[k] = 1
             for j in range(1, 3):

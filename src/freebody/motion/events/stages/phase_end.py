@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled, lesser, root
-from ..ode.layout import RUNNING, TERMINAL
-from ..ode.run import Newton, Run
-from ..phase import laws
-from ..phase.phase_record import PhaseData
-from . import event_run
-from .event_run import EventRun
-from .jumps import switch_laws
-from .moment import copy, largest, look, slip_speed
+from ....native.instructions import compiled, lesser, root
+from ...ode.layout import RUNNING, TERMINAL
+from ...ode.run import Newton, Run
+from ...phase import laws
+from ...phase.phase_record import PhaseData
+from .. import event_run, limits
+from ..event_run import EventRun
+from ..jumps import switch_laws
+from ..moment import copy, largest, look, slip_speed
 
 TURNS = 8
 """Number of turns of the power method: the fastest rate of stiff friction is far above the next."""
@@ -54,9 +54,9 @@ def is_slow(run: Run) -> int:
 def creeps(it: EventRun, steps: int) -> int:
     """Return the number of steps in which the run has hardly moved on, 0 if it is small."""
     it.crept += steps
-    if not it.t - it.crept_from <= event_run.STALL_TIME:
+    if not it.t - it.crept_from <= limits.STALL_TIME:
         it.crept, it.crept_from = 0, it.t
-    return it.crept if it.crept > event_run.CREEPS else 0
+    return it.crept if it.crept > limits.CREEPS else 0
 
 
 @compiled

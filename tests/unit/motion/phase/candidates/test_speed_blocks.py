@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freebody.motion.phase.candidates import coupled_speeds, speed_blocks
+from freebody.motion.phase.candidates.speed_blocks import coupled_speeds, speed_blocks
 
 
 def test_coupled_speeds_are_sets_that_share_none():

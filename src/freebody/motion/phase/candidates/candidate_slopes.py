@@ -14,19 +14,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
-from ...dynamics import State, coordinate_rates
-from ...dynamics.bearing_loads import LOADED
-from ...dynamics.composite import mass_matrix
-from ...dynamics.conditions.constraints import rows
-from ...dynamics.conditions.linearized import linearized
-from ...dynamics.contact_geometry import law_values, pressing
-from ...dynamics.linear import applied
-from ...dynamics.newton_euler import bias
-from ...model.contact import Contact
-from ...scalar.algebra import Scalar
-from ...scalar.derivative import forward
-from ...scalar.trace import Tape
-from ..kernels.program import Program
+from ....dynamics import State, coordinate_rates
+from ....dynamics.bearing_loads import LOADED
+from ....dynamics.composite import mass_matrix
+from ....dynamics.conditions.constraints import rows
+from ....dynamics.conditions.linearized import linearized
+from ....dynamics.contact_geometry import law_values, pressing
+from ....dynamics.linear import applied
+from ....dynamics.newton_euler import bias
+from ....model.contact import Contact
+from ....scalar.algebra import Scalar
+from ....scalar.derivative import forward
+from ....scalar.trace import Tape
+from ...kernels.program import Program
 from .candidates import Candidates
 
 

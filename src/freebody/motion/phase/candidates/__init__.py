@@ -1,0 +1,1 @@
+"""Kernels of all candidate contacts of a machine, whatever their modes."""
