@@ -914,6 +914,7 @@ def test_a_state_between_steps_that_passed_over_a_place_without_rates():
     s.force("F", body.origin, ("sqrt((t - 0.45)**2 - 0.0004)", 0, 0))
     motion = fb.simulate(s, 1.0, step=1.0, method="dop853", samples=2)
     with pytest.raises(
-        fb.FreebodyError, match="rates are not finite at t = 0.45 s, between the steps of the run at 0 and 1 s"
+        fb.FreebodyError,
+        match="rates are not finite at t = 0.45 s, between the steps of the run at 0 and 1 s",
     ):
         motion.at(0.45)

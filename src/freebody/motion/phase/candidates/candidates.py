@@ -51,8 +51,6 @@ from ...ode.dense_output import Array
 from ...start.initial import number
 from .speed_blocks import SpeedBlocks, speed_blocks, speeds_inward
 
-Integers = Any  # array of int64
-
 
 class ContactPattern(NamedTuple):
     """Places of a contact in the outputs of the kernels.
