@@ -25,20 +25,22 @@ what is close enough."""
 def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0.
 
-    A residual `close` to it is taken where a turn has not ended, and one of ``enough`` where four have not.
+    A residual `close` to it is taken where two turns have not ended, of faces on faces, whose forces are open, where
+    one has not, and one of ``enough`` where four have not.
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
-    problem, many, fair = run.problem, FEW, close(run, goal, enough)
+    problem, many, faces = run.problem, FEW, faced(run)
+    fair = close(run, goal, enough) if faces == 1 else goal
     limit = fair
     if near == 1 and settle(problem, islands, goal, fair, enough, SMALL_FIRST) <= fair:
         return 1
-    faces = faced(run)
     for turn in range(TURNS):
         if turn == ANEW:
             for a in range(problem.count):
                 problem.x[a] = 0.0
         if turn == 1:
-            many = MORE
+            many, fair = MORE, close(run, goal, enough)
+            limit = fair
         elif turn > 1:
             many = 8 * many if 8 * many < run.most_sweeps else run.most_sweeps
         most = FEWER if faces == 1 and turn < ANEW else many
