@@ -64,7 +64,11 @@ def add_island(s, name, place, seed):
     for k, body in enumerate(balls):
         s.free(f"{name}_f{k}", s.ground, body)
         s.contact(f"{name}_c{k}", body.sphere(a), floor, **how)
-        result |= {f"{name}_f{k}_x": place + 2 * k * a, f"{name}_f{k}_z": a, f"{name}_f{k}_vy": 0.3}
+        result |= {
+            f"{name}_f{k}_x": place + 2 * k * a,
+            f"{name}_f{k}_z": a,
+            f"{name}_f{k}_vy": 0.3 - 0.1 * k,
+        }  # or else they roll on without a force between them
     if kind == "row":  # one strikes the other
         s.contact(f"{name}_h", balls[0].sphere(a), balls[1].sphere(a), **how)
         return result | {f"{name}_f0_vx": 1.0}
