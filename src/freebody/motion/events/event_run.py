@@ -104,8 +104,9 @@ class EventRun(Record):
                                   load at the last decision;  ``unstruck``: forces of these joints without an impact;
                                   ``blown``: impulses of a blow on them;
                                   ``bounds``: memory of the search for their loads in an impact (`broyden`)
-    ``rings``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their number, the
-                                  first point of each, and the place of its cosine and sine in the parameters
+    ``rings``, ``ring_edge``, ``ring_first``, ``ring_at``    edges of disks whose points turn while they lie flat: their
+                                  number, contact and first point of each, and the place of its cosine and sine in the
+                                  parameters
     ``hoisted``                   parameters, with these angles, and the constants that follow them (`kernels.hoisted`)
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
@@ -207,6 +208,7 @@ class EventRun(Record):
     blown: Annotated[Row, "of_bearings"]
     bounds: Annotated[Row, "of_bounds"]
     rings: Count
+    ring_edge: Annotated[Wholes, "rings"]
     ring_first: Annotated[Wholes, "rings"]
     ring_at: Annotated[Wholes, "rings"]
     hoisted: Row
@@ -385,6 +387,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place
     names = [parameter.name for parameter in model.parameters]
+    it.ring_edge[:] = [ring.edge for ring in model.rings]
     it.ring_first[:] = [ring.first for ring in model.rings]
     it.ring_at[:] = [names.index(ring.names[0]) for ring in model.rings]
     return it

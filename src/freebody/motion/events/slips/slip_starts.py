@@ -42,15 +42,24 @@ def slip_acceleration(it: EventRun, k: int) -> float:
 
 @compiled
 def scale_of(it: EventRun) -> float:
-    """Return the greatest acceleration of a contact that touches, without contact forces.
+    """Return the greatest acceleration of a contact without contact forces.
 
     That of the lowest point of a disk that lies flat, which is no contact, has no limit.
     """
     result = 0.0
     for k in range(it.contacts):
-        if it.mode[k] != laws.OPEN:
+        if it.mode[k] != laws.OPEN or is_rim(it, k) == 0:
             result = greater(result, largest(it.c[it.first[k] :], 1 + it.tangents[k]))
     return result
+
+
+@compiled
+def is_rim(it: EventRun, k: int) -> int:
+    """Return 1 if a contact is that of the lowest point of a disk, whose points are contacts where it lies flat."""
+    for i in range(it.rings):
+        if it.ring_edge[i] == k:
+            return 1
+    return 0
 
 
 @compiled
