@@ -13,9 +13,9 @@ from .stepping_record import Run
 FEWER, FEW, MORE = 8, 16, 40
 """Sweeps before the first turns of Newton's method for faces on faces, whose forces are open, so that Newton's method
 gains more than sweeps do; for others before its first turn, and before its second one."""
-CLOSE = 100.0
-"""Multiple of the tolerance of a step at which a search that is slow ends: more than round-off may be left of rows that
-are nearly alike."""
+CLOSER, CLOSE = 10.0, 100.0
+"""Multiples of the tolerance of a step at which a search that is slow ends, of others and of faces on faces: more than
+round-off may be left of rows that are nearly alike."""
 TURNS, ANEW, WEARY = 8, 4, 3
 """Turns of sweeps and Newton's method, the one that forgets the impulses of the last step, and the first one that takes
 what is close enough."""
@@ -30,7 +30,7 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
     ``near``: 1 where Newton's method or the dual one needs no sweeps before it.
     """
     problem, many, faces = run.problem, FEW, faced(run)
-    fair = close(run, goal, enough) if faces == 1 else goal
+    fair = close(run, goal, enough, CLOSE) if faces == 1 else goal
     limit = fair
     if near == 1 and settle(problem, islands, goal, fair, enough, SMALL_FIRST) <= fair:
         return 1
@@ -39,7 +39,7 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
             for a in range(problem.count):
                 problem.x[a] = 0.0
         if turn == 1:
-            many, fair = MORE, close(run, goal, enough)
+            many, fair = MORE, close(run, goal, enough, CLOSE if faces == 1 else CLOSER)
             limit = fair
         elif turn > 1:
             many = 8 * many if 8 * many < run.most_sweeps else run.most_sweeps
@@ -61,11 +61,11 @@ def impulses(run: Run, islands: Islands, goal: float, enough: float, near: int) 
 @compiled
 def reached(run: Run, goal: float) -> float:
     """Return the goal that the last result has reached: ``goal``, what is `close` to it, or what is enough."""
-    left, fair = run.problem.residual, close(run, goal, run.enough)
+    left, fair = run.problem.residual, close(run, goal, run.enough, CLOSE)
     return goal if left <= goal else (fair if left <= fair else run.enough)
 
 
 @inlined
-def close(run: Run, goal: float, enough: float) -> float:
-    """Return the residual, at most ``enough`` if the goal is less, at which a search that is slow ends."""
-    return greater(goal, lesser(enough, CLOSE * run.tolerance))
+def close(run: Run, goal: float, enough: float, part: float) -> float:
+    """Return a multiple of the tolerance, at most ``enough`` and at least the goal, at which a slow search ends."""
+    return greater(goal, lesser(enough, part * run.tolerance))
