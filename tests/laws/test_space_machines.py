@@ -272,11 +272,13 @@ def test_motions_lead_into_jams(kind, seed, monkeypatch):
     assert why == "jam" and len(motion.events) > 0 and violated(motion, m.kinetic) == []
 
 
-@pytest.mark.parametrize("seed", [150, 152, 168, pytest.param(114, marks=pytest.mark.slow)])
-def test_machines_near_jams_go_on_or_jam(seed, monkeypatch):
+@pytest.mark.parametrize(
+    ("seed", "least"), [(150, 10), (152, 10), (168, 5), pytest.param(114, 10, marks=pytest.mark.slow)]
+)
+def test_machines_near_jams_go_on_or_jam(seed, least, monkeypatch):
     """Near a jam the direction of a slip that begins or turns is unstable: round-off decides whether it is reached."""
     m, motion, _ = refused("quadruped", seed, monkeypatch)
-    assert len(motion.events) > 5 and violated(motion, m.kinetic) == []
+    assert len(motion.events) > least and violated(motion, m.kinetic) == []
 
 
 def test_a_wheel_that_falls_flat_within_a_step_strikes_the_floor():

@@ -283,17 +283,28 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
 
     If they do not, its mode is open only until the shares are named.
     """
+    found = opened(it, contacts)
+    if found < 0:
+        return 0
+    find_dead(it, contacts)
+    return it.dead[found]
+
+
+@compiled
+def opened(it: EventRun, contacts: Contacts) -> int:
+    """Open the contact that pulls most, and what resists its rolling; return it, or -1 if none does.
+
+    Forces are those in ``speeds`` (`has_forces`).
+    """
     found, least = -1, -limits.SMALL * largest(contacts.forces, contacts.rows)
     for i in range(contacts.contacts):
         k = it.chosen[i]
         bears = it.adhesion[k] if it.adhering[k] != 0 else 0.0
         if it.held[k] == 0 and it.presser[k] < 0 and it.speeds[it.first[k]] + bears < least:
             found, least = k, it.speeds[it.first[k]] + bears
-    if found < 0:
-        return 0
-    it.mode[found] = laws.OPEN
-    for r in range(it.contacts):
-        if it.presser[r] == found:
-            it.mode[r] = laws.OPEN
-    find_dead(it, contacts)
-    return it.dead[found]
+    if found >= 0:
+        it.mode[found] = laws.OPEN
+        for r in range(it.contacts):
+            if it.presser[r] == found:
+                it.mode[r] = laws.OPEN
+    return found

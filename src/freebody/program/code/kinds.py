@@ -111,9 +111,8 @@ def kinds_of(nodes: Nodes, functions: Mapping[str, tuple[int, Sequence[int]]]) -
     ``functions`` gives the number of operations and the outputs by name.
     """
     alike: dict[tuple[int, ...], list[str]] = {}
-    for name, (size, outputs) in functions.items():
-        if size >= LEAST:
-            alike.setdefault(tuple(nodes.trees[i] for i in outputs), []).append(name)
+    for name, (_, outputs) in functions.items():
+        alike.setdefault(tuple(nodes.trees[i] for i in outputs), []).append(name)
     result = []
     for waiting in alike.values():
         waiting.sort(key=lambda name: -functions[name][0])  # the general ones first

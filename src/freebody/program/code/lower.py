@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -19,7 +20,7 @@ from ...errors import ExpressionError
 from ...native.records import WIDTH
 from ...scalar.algebra import Scalar
 from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
-from .kinds import FIXED, HOISTED, TIME, VARYING, Kind, Nodes, kinds_of
+from .kinds import FIXED, HOISTED, LEAST, TIME, VARYING, Kind, Nodes, kinds_of
 
 SIN, COS = CODES["sin"], CODES["cos"]
 RECIPROCAL = len(CODES)
@@ -144,11 +145,14 @@ def _input(add: _Adder, tape: Tape, i: int, places: Mapping[int, tuple[int, int]
 
 
 def _share(program: Program, alone: Collection[str]) -> None:
-    """Find the functions that share a body."""
+    """Find the functions that share a body: long ones with as many outputs as another one."""
+    bodies = {name: body for name, body in program.bodies.items() if name not in alone}
+    long = {name: body for name, body in bodies.items() if len(body.order) >= LEAST}
+    counts = Counter(len(body.outputs) for body in long.values())
     functions = {
-        name: (len(body.order), body.outputs) for name, body in program.bodies.items() if name not in alone
+        name: (len(body.order), body.outputs) for name, body in long.items() if counts[len(body.outputs)] > 1
     }
-    if len(functions) > 1:
+    if functions:
         nodes = Nodes(program.op, program.a, program.b, program.kind)
         program.kinds = {name: kind for kind in kinds_of(nodes, functions) for name in kind.members}
 

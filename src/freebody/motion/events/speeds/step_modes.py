@@ -10,9 +10,9 @@ from ...phase import laws
 from ...phase.phase_record import PhaseData
 from .. import limits
 from ..event_run import EventRun
-from ..moment import approaches, copy_wholes, is_smooth, largest, presses, size_of, slip_speed
+from ..moment import approaches, copy_wholes, is_smooth, presses, size_of, slip_speed
 from ..setting import depends, listed, set_up
-from ..shares import find_shared, has_forces, leave_pulling
+from ..shares import find_shared, has_forces, leave_pulling, opened
 from .open_cones import beyond_cones
 from .speed_step import presses_in_step, rests_in_step, step_of_speeds
 
@@ -61,22 +61,9 @@ def creep(it: EventRun, contacts: Contacts) -> int:
 @compiled
 def open_pulling(it: EventRun, contacts: Contacts) -> None:
     """Open the contacts that have pressed in a step, since they approached, and pull after it."""
-    pulls = 1
-    while pulls != 0:
+    set_up(it, contacts)
+    while has_forces(it, contacts) != 0 and opened(it, contacts) >= 0:
         set_up(it, contacts)
-        found, least = -1, -limits.SMALL * largest(contacts.forces, contacts.rows)
-        if has_forces(it, contacts) != 0:
-            for i in range(contacts.contacts):
-                k = it.chosen[i]
-                rigid = it.held[k] == 0 and it.presser[k] < 0 and it.compliant[k] == 0
-                N = it.speeds[it.first[k]] + (it.adhesion[k] if it.adhering[k] != 0 else 0.0)
-                if rigid and it.mode[k] != laws.OPEN and least > N:
-                    found, least = k, N
-        pulls = 0
-        if found >= 0:
-            for k in range(it.contacts):
-                if k == found or it.presser[k] == found:
-                    it.mode[k], pulls = laws.OPEN, 1
 
 
 @compiled
