@@ -9,7 +9,7 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import limits
 from .event_run import EventRun
-from .moment import copy, response, row_of, slip_speed
+from .moment import add_response, copy, response, row_of, slip_speed
 from .problem import apart, couple, name_island
 
 
@@ -92,12 +92,24 @@ def impelled_in(it: EventRun, contacts: Contacts, first: int, count: int) -> flo
     Dependent ones are those of contacts of equal compliance: x = Q ν with S Q ν = g over independent rows, where Q are
     the columns of A of these.
     """
-    A, S, order = contacts.A, contacts.chosen, contacts.order
+    return impelled_by(it, contacts, first, count, products(it, contacts, first, count))
+
+
+@compiled
+def products(it: EventRun, contacts: Contacts, first: int, count: int) -> int:
+    """Set A and S of rows of the list from a place on, and ``order`` to 1 for independent ones; return their number."""
+    A, S = contacts.A, contacts.chosen
     for a in range(count):
         for b in range(count):
             A[a * count + b] = response(it, it.list[first + a], it.list[first + b])
             S[a * count + b] = ray_product(it, first + a, first + b)
-    kept = factor(A, count, contacts.factors, limits.SMALL, contacts.left, order)
+    return factor(A, count, contacts.factors, limits.SMALL, contacts.left, contacts.order)
+
+
+@compiled
+def impelled_by(it: EventRun, contacts: Contacts, first: int, count: int, kept: int) -> float:
+    """Find impulses as `impelled_in` does, with the `products` of their rows."""
+    S = contacts.chosen
     for a in range(count):
         it.x[first + a] = 0.0
     turn, good = 0, 1
@@ -160,8 +172,7 @@ def move_speeds(it: EventRun) -> None:
         it.v[i] = 0.0
     for r in range(it.rows):
         if it.whole[r] != 0.0:
-            for i in range(n):
-                it.v[i] += it.whole[r] * it.X[r * n + i]
+            add_response(it, it.whole[r], r, it.v)
     for r in range(it.rows):
         if it.whole[r] != 0.0:
             work += it.whole[r] * (it.rate[r] + dot(row_of(it, it.W, r), it.v, n) / 2.0)

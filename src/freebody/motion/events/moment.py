@@ -194,6 +194,34 @@ def response(it: EventRun, r: int, s: int) -> float:
 
 
 @compiled
+def add_response(it: EventRun, x: float, r: int, v: Reals) -> None:
+    """Add M⁻¹ W_rᵀ x, the change of the speeds by an impulse on row r, to v."""
+    X, k = row_of(it, it.X, r), 2 * it.owner[r]
+    for i in range(2):
+        b = it.beside[k + i]
+        if i == 0 or b != it.beside[k]:
+            for p in range(it.starts[b], it.starts[b + 1]):
+                v[p] += x * X[p]
+
+
+@compiled
+def add_forces(it: EventRun, v: Reals) -> None:
+    """Add the accelerations by the forces of the decision to v."""
+    for r in range(it.rows):
+        if it.force[r] != 0.0:
+            add_response(it, it.force[r], r, v)
+
+
+@compiled
+def acceleration_of(it: EventRun, r: int) -> float:
+    """Return the derivative of the rate of row r under the forces of the decision, which set ``v``."""
+    for i in range(it.n):
+        it.v[i] = 0.0
+    add_forces(it, it.v)
+    return it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
+
+
+@compiled
 def copy(x: Reals, to: Reals, n: int) -> None:
     """Copy n numbers."""
     for i in range(n):

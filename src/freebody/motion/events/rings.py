@@ -14,7 +14,6 @@ The plane of the disk and friction laws of points stay those of any contact.
 from __future__ import annotations
 
 from ...native.instructions import compiled, root
-from ..cones.block_rows import dot
 from ..cones.contacts import Contacts
 from ..kernels.hoisted import Hoisted
 from ..kernels.renewal import renew
@@ -23,7 +22,7 @@ from . import event_run, limits
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
-from .moment import choose_all, look, normal_speed, row_of
+from .moment import acceleration_of, choose_all, look, normal_speed
 from .setting import displace, normalise
 from .slips.slip_starts import scale_of
 
@@ -109,22 +108,11 @@ def lies_flat(it: EventRun, i: int) -> int:
 
 
 @compiled
-def acceleration_of(it: EventRun, k: int) -> float:
-    """Return the acceleration of the gap of a contact under the forces of the decision."""
-    r = it.first[k]
-    for p in range(it.n):
-        it.v[p] = 0.0
-        for s in range(it.rows):
-            it.v[p] += it.force[s] * it.X[s * it.n + p]
-    return it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
-
-
-@compiled
 def least_of_rim(it: EventRun, i: int) -> float:
     """Return the least acceleration of the gaps of an edge."""
     k = it.ring_first[i]
-    a, b = acceleration_of(it, k), acceleration_of(it, k + 1)
-    c, d = acceleration_of(it, k + 2), acceleration_of(it, k + 3)
+    a, b = acceleration_of(it, it.first[k]), acceleration_of(it, it.first[k + 1])
+    c, d = acceleration_of(it, it.first[k + 2]), acceleration_of(it, it.first[k + 3])
     return (a + b + c + d) / 4.0 - root((a - c) * (a - c) + (b - d) * (b - d)) / 2.0
 
 
@@ -136,7 +124,7 @@ def slope(it: EventRun, i: int) -> float:
         return -most
     if it.mode[k] == laws.OPEN and it.mode[k + 3] != laws.OPEN:
         return most
-    return (acceleration_of(it, k + 1) - acceleration_of(it, k + 3)) / 2.0
+    return (acceleration_of(it, it.first[k + 1]) - acceleration_of(it, it.first[k + 3])) / 2.0
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, lesser, run_by
+from ...native.instructions import Reals, compiled, lesser, run_by
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..ode.states import to_unit
@@ -11,9 +11,9 @@ from ..phase.contact_outputs import evaluated
 from ..phase.mode_conditions import conditions_of, elsewhere, set_modes
 from ..phase.phase_record import PhaseData
 from .event_run import BESIDE, EventRun
-from .impulse_system import add_row, impelled_in
+from .impulse_system import add_row, impelled_by, products
 from .limits import LOW, SMALL, SUMMED
-from .moment import copy, largest, look, response, row_of, slip_speed
+from .moment import add_response, copy, largest, look, response, row_of, slip_speed
 from .problem import apart, couple, name_island
 
 
@@ -150,55 +150,61 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     row that depends at one moment only, since the body turns, has an acceleration of its own by that.
     """
     find_islands(it)
-    found = 0
+    found, phase = 0, PhaseData(it.phase)
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == laws.OPEN:  # a corner beside its side, or a side beside its corner, does not touch
-            touches = abs(it.gap[k]) <= it.near and elsewhere(it.side, it.mode, it.contacts, k) == 0
+            touches = abs(it.gap[k]) <= it.near and elsewhere(phase, it.mode, k) == 0
             it.dead[k] = 1 if touches and it.held[k] == 0 else 0
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
     if found == 0:
         return
+    most, last, count, kept = largest(it.c, it.rows), -1, 0, 0
     for k in range(it.contacts):
         if it.dead[k] != 0:
-            r, count = (
-                it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1,
-                listed_in(it, it.island[k]),
-            )
-            if count == 0 or depends(it, contacts, r, count) == 0 or parts(it, r, count) != 0:
+            r = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1
+            if it.island[k] != last:
+                last, count = it.island[k], listed_in(it, it.island[k])
+                kept = products(it, contacts, 0, count)
+            if count == 0 or is_combined(it, contacts, r, count, kept) == 0 or parts(it, r, count, most) != 0:
                 it.dead[k] = 0
 
 
 @compiled
 def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
     """Return 1 if a row depends on the rows of the list, else 0."""
-    X = row_of(it, it.X, r)
+    return is_combined(it, contacts, r, count, products(it, contacts, 0, count))
+
+
+@compiled
+def is_combined(it: EventRun, contacts: Contacts, r: int, count: int, kept: int) -> int:
+    """Return 1 if a row depends on the rows of the list, whose `products` are known, else 0."""
+    rest, size, v = 0.0, 0.0, it.v
     for a in range(count):
         it.goal[a] = response(it, it.list[a], r)
-    impelled_in(it, contacts, 0, count)
-    rest, size = 0.0, 0.0
+    impelled_by(it, contacts, 0, count, kept)
+    copy(row_of(it, it.X, r), v, it.n)
     for i in range(it.n):
-        x = X[i]
-        for a in range(count):
-            x -= it.x[a] * it.X[it.list[a] * it.n + i]
-        rest += x * x
-        size += X[i] * X[i]
+        size += v[i] * v[i]
+    for a in range(count):
+        add_response(it, -it.x[a], it.list[a], v)
+    for i in range(it.n):
+        rest += v[i] * v[i]
     return 1 if rest <= SMALL * SMALL * size else 0
 
 
 @compiled
-def parts(it: EventRun, r: int, count: int) -> int:
+def parts(it: EventRun, r: int, count: int, most: float) -> int:
     """Return 1 if a row that depends on those of the list accelerates where they do not, else 0.
 
-    With W_r = Σ x W_a, all forces and loads cancel in c_r - Σ x c_a. The rest follows from the speeds.
+    With W_r = Σ x W_a, all forces and loads cancel in c_r - Σ x c_a. The rest follows from the speeds; ``most`` is the
+    greatest acceleration of a row.
     """
-    a, most = it.c[r], 0.0
+    a = it.c[r]
     for i in range(count):
         a -= it.x[i] * it.c[it.list[i]]
-    for i in range(it.rows):
-        most = greater(most, abs(it.c[i]))
     return 1 if abs(a) > SMALL * most else 0
 
 
@@ -311,8 +317,7 @@ def displace(it: EventRun, impulses: Reals, count: int) -> None:
     evaluated(it.t, state, machine)
     copy(machine.q_dot, it.step, it.n_q)
     for a in range(count):
-        for i in range(n):
-            state[it.n_q + i] += impulses[a] * it.X[it.list[a] * n + i]
+        add_response(it, impulses[a], it.list[a], state[it.n_q :])
     evaluated(it.t, state, machine)
     for i in range(it.n_q):
         it.y[i] += machine.q_dot[i] - it.step[i]

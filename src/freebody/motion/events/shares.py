@@ -15,7 +15,7 @@ from ..phase import laws
 from . import limits
 from .event_run import EventRun
 from .impulse_system import add_ray, add_row, ray_product
-from .moment import copy, copy_wholes, is_smooth, largest, look, slip_speed
+from .moment import add_response, copy, copy_wholes, is_smooth, largest, look, slip_speed
 from .setting import begins_slip, find_dead, find_islands, set_up
 
 SAME = 1e-8
@@ -155,9 +155,8 @@ def find_shared_in(it: EventRun, contacts: Contacts, island: int) -> None:
     for free in range(rank, count):
         size = combine(contacts, rank, free, count)
         for b in range(count):
-            for k in range(it.contacts):
-                if it.first[k] <= it.list[b] <= it.first[k] + it.tangents[k] and abs(z[b]) > SAME * size:
-                    it.shared[k] = 1
+            if abs(z[b]) > SAME * size:
+                it.shared[it.owner[it.list[b]]] = 1
 
 
 @compiled
@@ -200,12 +199,10 @@ def motion_of(it: EventRun, z: Reals, count: int) -> float:
         if z[b] == 0.0:
             continue
         r = it.list[b]
-        for i in range(n):
-            it.v[i] += z[b] * it.X[r * n + i]
+        add_response(it, z[b], r, it.v)
         for j in range(limits.RAY):
             if it.ray[b, j] != 0.0:
-                for i in range(n):
-                    it.v[i] += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * n + i]
+                add_response(it, z[b] * it.ray[b, j], r + 1 + j, it.v)
     return largest(it.v, n)
 
 

@@ -13,7 +13,7 @@ from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run, limits
 from .event_run import EventRun
-from .moment import choose, copy, largest, look, slip_speed
+from .moment import add_forces, choose, copy, largest, look, slip_speed
 from .problem import is_unloaded
 from .setting import set_up
 from .slips.slip_starts import slip_acceleration
@@ -38,11 +38,10 @@ def go_straight(it: EventRun) -> float:
     copy(it.y, state, it.n_y)
     for i in range(it.n_q):
         state[i] += length * machine.q_dot[i]
+    copy(it.free, it.v, it.n)
+    add_forces(it, it.v)
     for i in range(it.n):
-        change = it.free[i]
-        for r in range(it.rows):
-            change += it.force[r] * it.X[r * it.n + i]
-        state[it.n_q + i] += length * change
+        state[it.n_q + i] += length * it.v[i]
     return length
 
 

@@ -98,6 +98,16 @@ def force_of(phase: PhaseData, k: int) -> Reals:
 # --- rows ----------------------------------------------------------------------------------------
 
 
+@inlined
+def places_of(phase: PhaseData, one: int, other: int) -> tuple[int, int]:
+    """Return between which places in the order of elimination two blocks of speeds are."""
+    low, high = phase.block_low, phase.block_high
+    return (
+        low[one] if low[one] < low[other] else low[other],
+        high[one] if high[one] > high[other] else high[other],
+    )
+
+
 @compiled
 def forwarded(phase: PhaseData, v: Reals, low: int, high: int) -> None:
     """Replace v, in the order of elimination, by D^-½ L⁻¹ v, from ``low`` up to ``high``: it is zero elsewhere."""
@@ -117,8 +127,14 @@ def forwarded(phase: PhaseData, v: Reals, low: int, high: int) -> None:
 @compiled
 def moved(phase: PhaseData, v: Reals, step: Reals) -> None:
     """Set ``step``, in the order of the speeds, to L⁻ᵀ D^-½ v; v is in the order of elimination and is overwritten."""
+    moved_in(phase, v, step, 0, phase.n)
+
+
+@compiled
+def moved_in(phase: PhaseData, v: Reals, step: Reals, low: int, high: int) -> None:
+    """Set ``step`` as `moved` does, from ``low`` up to ``high``: v is zero elsewhere."""
     L, below = phase.L, phase.below
-    for k in range(phase.n - 1, -1, -1):
+    for k in range(high - 1, low - 1, -1):
         x = v[k] * phase.scale[k]
         for p in range(phase.starts[k], phase.starts[k + 1]):
             x -= L[p] * v[below[p]]

@@ -34,9 +34,10 @@ def parts_of_forces(phase: PhaseData) -> float:
         if phase.source[i] < 0:
             continue
         G, size = phase.G[i], abs(gamma_of(phase, i))
-        for k in range(phase.n):
+        low, high = phase.low[i], phase.high[i]
+        for k in range(low, high):
             size += abs(G[k] * z[k])
-        total += size / product(G, G, phase.n)
+        total += size / product(G[low:], G[low:], high - low)
     return total
 
 

@@ -32,5 +32,8 @@ YIELDED_SQUARE = (4 * STOPPED) ** 2
 """Square of the speed at which a contact that is at its limit of friction slips, since the others do not hold it."""
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
+NEARBY = 1e-3
+"""Gap, relative to 1 m or the greatest coordinate, up to which a decision may ask for the rows of a contact: those that
+are closed, or have parted a little beside a dead centre (1e-6)."""
 DEPENDENT = 1e-10
 """Part of a row of A above which it counts as independent of others."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...native.instructions import Integers, compiled
 from ..cones.block_rows import join, root_of
 from . import laws
+from .contact_outputs import places_of
 from .phase_record import PhaseData
 
 
@@ -101,9 +102,7 @@ def find_islands(phase: PhaseData) -> None:
 @compiled
 def set_places(phase: PhaseData, i: int, one: int, other: int) -> None:
     """Set between which places a condition has speeds of two blocks, and its rows to zero."""
-    low, high = phase.block_low, phase.block_high
-    phase.low[i] = low[one] if low[one] < low[other] else low[other]
-    phase.high[i] = high[one] if high[one] > high[other] else high[other]
+    phase.low[i], phase.high[i] = places_of(phase, one, other)
     G, K = phase.G[i], phase.G[phase.force_row[i]]
     for p in range(phase.n):
         G[p] = K[p] = 0.0
@@ -150,16 +149,15 @@ def set_closed(phase: PhaseData, modes: Integers) -> None:
 
 
 @compiled
-def elsewhere(side: Integers, modes: Integers, contacts: int, k: int) -> int:
-    """Return 1 if the foot is on the side that this corner ends, or on a corner of this side; else 0.
-
-    ``side`` is that which each of the contacts ends, or -1.
-    """
-    if side[k] >= 0 and modes[side[k]] != laws.OPEN:
+def elsewhere(phase: PhaseData, modes: Integers, k: int) -> int:
+    """Return 1 if the foot is on the side that this corner ends, or on a corner of this side; else 0."""
+    if phase.side[k] >= 0 and modes[phase.side[k]] != laws.OPEN:
         return 1
-    for j in range(contacts):
-        if side[j] == k and modes[j] != laws.OPEN:
+    j = phase.first_end[k]
+    while j >= 0:
+        if modes[j] != laws.OPEN:
             return 1
+        j = phase.next_end[j]
     return 0
 
 
@@ -177,11 +175,7 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
     for k in range(phase.contacts):
         n, mode, law = phase.tangents[k], modes[k], laws.NORMAL
         if mode == laws.OPEN:
-            law = (
-                laws.NEVER
-                if dead[k] != 0 or elsewhere(phase.side, modes, phase.contacts, k) != 0
-                else laws.GAP
-            )
+            law = laws.NEVER if dead[k] != 0 or elsewhere(phase, modes, k) != 0 else laws.GAP
         if phase.held[k] != 0:
             law = laws.NEVER
         if phase.compliant[k] != 0:

@@ -178,7 +178,9 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
         data.block_high[b] = 1 + place[first:last].max(initial=-1)
     data.beside_of[:], data.own_block[:] = np.ravel(pattern.blocks.contacts), pattern.blocks.own
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
-    data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
+    data.side[:] = data.first_end[:] = data.next_end[:] = -1
+    for k, ((side, _),) in scene.ends.items():
+        data.side[k], data.next_end[k], data.first_end[side] = side, data.first_end[side], k
     data.entry[:], data.entries[:], place = np.array(pattern.rows, dtype=np.int64).reshape(-1, 3).T
     data.W_at[:] = np.repeat(at, 1 + data.tangents) + place
 

@@ -5,7 +5,7 @@ Each has the signature of a kernel, f(t, y, c, out); y = (q, u, work, heat of fr
 
 from __future__ import annotations
 
-from ...native.instructions import EPS, Reals, compiled, greater, lesser, root
+from ...native.instructions import EPS, Reals, Truth, compiled, greater, inlined, lesser, root
 from . import laws
 from .bearings import solve
 from .conditions import NAN, independent
@@ -18,12 +18,13 @@ from .contact_outputs import (
     forwarded,
     gaps_found,
     given_force_of,
-    moved,
+    moved_in,
     open_touched,
+    places_of,
     product,
     rates_of,
     row_along,
-    row_taken,
+    row_taken_in,
     static_friction_of,
 )
 from .phase_record import PhaseData
@@ -219,10 +220,13 @@ def rate(t: float, y: Reals, c: Reals, out: Reals) -> None:
 
 
 @compiled
-def response(phase: PhaseData, v: Reals, X: Reals) -> None:
-    """Set X to M⁻¹ v with the conditions of the phase enforced; v, in the order of elimination, is overwritten."""
+def response(phase: PhaseData, v: Reals, X: Reals, low: int, high: int) -> None:
+    """Set X to M⁻¹ v with the conditions of the phase enforced; v, in the order of elimination, is overwritten.
+
+    Both are zero, and stay so, but from ``low`` up to ``high``: all speeds if there are conditions.
+    """
     n = phase.n
-    forwarded(phase, v, 0, phase.n)
+    forwarded(phase, v, low, high)
     for i in range(phase.conditions):
         phase.right[i] = -product(phase.G[i], v, n)
     if phase.active > 0 and independent(phase, phase.independent, phase.active, 0) != 0:
@@ -230,7 +234,33 @@ def response(phase: PhaseData, v: Reals, X: Reals) -> None:
             G = phase.G[i]
             for p in range(n):
                 v[p] += phase.lam[i] * G[p]
-    moved(phase, v, X)
+    moved_in(phase, v, X, low, high)
+
+
+@compiled
+def row_seen(phase: PhaseData, k: int, r: int, W: Reals, X: Reals) -> None:
+    """Set row r of a contact, and the change of u' per unit of its force, over the blocks of speeds that it has.
+
+    Elsewhere they are zero, and are not written.
+    """
+    spare, low, high = phase.spare, 0, phase.n
+    if phase.conditions == 0:
+        low, high = places_of(phase, phase.beside_of[2 * k], phase.beside_of[2 * k + 1])
+    row_taken_in(phase, r, spare, low, high)
+    for p in range(low, high):
+        W[phase.order[p]] = spare[p]
+    response(phase, spare, X, low, high)
+
+
+@inlined
+def is_nearby(phase: PhaseData, k: int, limit: float) -> Truth:
+    """Return True if a decision may ask for the rows of a contact, or for those of what resists its rolling.
+
+    Adhesion changes the accelerations of all contacts.
+    """
+    p = phase.presser[k] if phase.presser[k] >= 0 else k
+    gap = phase.touch[phase.touch_at[p]]
+    return phase.held[k] != 0 or phase.adhesive_count > 0 or not gap > limit
 
 
 @compiled
@@ -239,10 +269,11 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     change of u' per unit of each contact force, μ, μ_s, e, μ at rest, the least rates of reaches that are zero, and the
     normal forces that the state gives, and the adhesion.
 
-    The machine's own conditions are enforced.
+    The machine's own conditions are enforced. Rows of W, and changes by forces, of contacts that are far keep what they
+    were: there are as many as pairs of bodies, and decisions ask for none of them.
     """
     phase = PhaseData(c)
-    n, E, m, spare, near = phase.n, phase.contacts, phase.rows, phase.spare, 1.0
+    n, E, m, near = phase.n, phase.contacts, phase.rows, 1.0
     gap, reach, rate = out, out[E:], out[2 * E :]
     change, free = rate[m:], rate[2 * m :]
     W, X = free[n:], free[n + m * n :]
@@ -258,7 +289,7 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
         free[i] = phase.udot[i]
     for i in range(phase.n_q):
         near = greater(near, 1.0 + abs(y[i]))
-    near *= laws.CLOSED
+    reach_of_rows, near = laws.NEARBY * near, laws.CLOSED * near
     for k in range(E):
         seen, v, b = phase.touch[phase.touch_at[k] :], rates_of(phase, k), biases_of(phase, k)
         gap[k], reach[k], away[k] = seen[0], INFINITE, INFINITE
@@ -269,11 +300,10 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
         given[k], adhesion[k] = given_force_of(phase, k), adhesion_of(phase, k)
         for j in range(4):
             coefficients[4 * k + j] = phase.touch[phase.laws_at[k] + j]
+        nearby = is_nearby(phase, k, reach_of_rows)
         for j in range(1 + phase.tangents[k]):
             r = phase.first[k] + j
             rate[r] = v[j]
             change[r] = row_along(phase, r, free) + b[j]
-            row_taken(phase, r, spare)
-            for p in range(n):
-                W[r * n + phase.order[p]] = spare[p]
-            response(phase, spare, X[r * n :])
+            if nearby:
+                row_seen(phase, k, r, W[r * n :], X[r * n :])

@@ -58,6 +58,7 @@ class PhaseData(Record):
                                 of the rates of the reaches of a contact
     ``first``, ``tangents``, ``reaches``    first row, number of tangents and of reaches
     ``rough``, ``side``         1 if it may have friction, and the side that it ends or -1
+    ``first_end``, ``next_end``    first contact that ends this one, a side, and the next with the same side; else -1
     ``held``, ``pushed``        1 if the state gives its normal force (its normal is no condition), and the direction in
                                 which it then slips
     ``compliant``               1 if that is a law of its depth
@@ -174,6 +175,8 @@ class PhaseData(Record):
     reaches: Annotated[Wholes, "contacts"]
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
+    first_end: Annotated[Wholes, "contacts"]
+    next_end: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
     compliant: Annotated[Wholes, "contacts"]
     presser: Annotated[Wholes, "contacts"]

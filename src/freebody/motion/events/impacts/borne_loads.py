@@ -35,7 +35,7 @@ def respond(it: EventRun, machine: PhaseData) -> None:
             row_taken(machine, r, row)
             for p in range(it.n):
                 pushed[p] += machine.force[r] * row[p]
-    response(machine, pushed, it.v)
+    response(machine, pushed, it.v, 0, machine.n)
     for i in range(it.n):
         machine.udot[i] += it.v[i]
     for i in range(machine.conditions):  # those of the machine itself

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from ....native.instructions import compiled, greater, lesser, root
-from ...cones.block_rows import dot
 from ...cones.contacts import Contacts
 from ...phase import laws
 from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
-from ..moment import approaches, copy, is_smooth, largest, look, row_of, slip_speed
+from ..moment import acceleration_of, add_forces, approaches, copy, is_smooth, largest, look, slip_speed
 from ..setting import begins_slip, leaves_rest, project, set_up
 from .straight_steps import UPSET, go_straight, log_leap, upset
 
@@ -29,13 +28,8 @@ def pull(it: EventRun) -> float:
 def slip_acceleration(it: EventRun, k: int) -> float:
     """Return the tangential acceleration of a contact under the forces of the decision."""
     square = 0.0
-    for i in range(it.n):
-        it.v[i] = 0.0
-        for r in range(it.rows):
-            it.v[i] += it.force[r] * it.X[r * it.n + i]
     for j in range(it.tangents[k]):
-        r = it.first[k] + 1 + j
-        a = it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
+        a = acceleration_of(it, it.first[k] + 1 + j)
         square += a * a
     return root(square)
 
@@ -104,16 +98,14 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
         return 1
     length = lesser(greater(4.0 * laws.STOPPED / least, 1e-9), end - it.t)
     if whole != 0:
-        slip_acceleration(it, 0)  # sets the change by the forces
-        for r in range(it.rows):
-            it.speeds[r] = it.c[r] + dot(row_of(it, it.W, r), it.v, n)
+        for k in range(it.contacts):
+            for j in range(1 + it.tangents[k] if it.mode[k] != laws.OPEN else 0):
+                it.speeds[it.first[k] + j] = acceleration_of(it, it.first[k] + j)
         if upset(it, -1, length) != 0:
             return UPSET
     copy(it.y, it.start, it.n_y)
-    for i in range(n):
-        it.step[n_q + i] = it.free[i]
-        for r in range(it.rows):
-            it.step[n_q + i] += it.force[r] * it.X[r * n + i]
+    copy(it.free, it.step[n_q:], n)
+    add_forces(it, it.step[n_q:])
     begun = it.t
     length = go_straight(it, length)
     if approaches(it) == 0:  # else the impact comes first

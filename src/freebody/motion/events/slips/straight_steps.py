@@ -68,10 +68,11 @@ def closes(it: EventRun, band: float) -> int:
 
     A wheel that falls flat touches at another point at the end of a step, and there strikes the floor.
     """
+    phase = PhaseData(it.phase)
     for k in range(it.contacts):
         was_open = it.mode[k] == laws.OPEN and it.held[k] == 0 and it.apart[k] >= -it.near
         deep = it.gap[k] < -band and it.reach[k] >= -it.near
-        if was_open and deep and elsewhere(it.side, it.mode, it.contacts, k) == 0:
+        if was_open and deep and elsewhere(phase, it.mode, k) == 0:
             return 1
         if it.mode[k] != laws.OPEN and it.held[k] == 0 and it.presser[k] < 0 and it.gap[k] < -it.near:
             return 1

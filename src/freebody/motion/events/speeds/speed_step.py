@@ -19,8 +19,8 @@ from ...phase.phase_record import PhaseData
 from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
-from ..moment import approaches, choose_all, copy, largest, look, presses, pull, size_of
-from ..problem import gather
+from ..moment import add_response, approaches, choose_all, copy, largest, look, presses, pull, size_of
+from ..problem import gather, split, take_all, take_island
 from ..setting import displace, normalise
 from ..slips.straight_steps import closes, log_leap, loses_places
 
@@ -43,22 +43,17 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     copy(it.gap, it.apart, it.contacts)
     copy(it.rate, it.speeds, it.rows)
     look_halfway(it, length)
-    gather(it, contacts, 1, length)
-    for i in range(it.count):
-        k, at = it.chosen[i], contacts.at[i]
-        for j in range(it.compliant[k], 1 + it.tangents[k]):  # the normal of a compliant one is no unknown
-            contacts.given[at + j] += length * it.c[it.first[k] + j]
-    run_by(it.finding, contacts)
+    find_impulses(it, contacts, length)
     if not contacts.residual <= ACCEPTED:
         look(it)
         return 0
     it.worst = greater(it.worst, contacts.residual)
     for i in range(n):
-        change = length * it.free[i]
-        for a in range(contacts.rows):
-            change += contacts.forces[a] * it.X[it.list[a] * n + i]
-        it.step[i] = change
-        it.trial[n_q + i] += change / 2.0
+        it.step[i] = length * it.free[i]
+    for a in range(contacts.rows):
+        add_response(it, contacts.forces[a], it.list[a], it.step)
+    for i in range(n):
+        it.trial[n_q + i] += it.step[i] / 2.0
     it.t = begun + length / 2.0
     evaluated(it.t, it.trial, machine)
     work = length * machine.load[0]
@@ -91,6 +86,38 @@ def step_of_speeds(it: EventRun, contacts: Contacts, length: float) -> int:
     keep_closed(it, contacts)
     log_leap(it, begun, length)
     return 1
+
+
+@compiled
+def find_impulses(it: EventRun, contacts: Contacts, length: float) -> None:
+    """Solve the problem of a step, island by island, and put the results together in that of all chosen contacts."""
+    first, residual = 0, 0.0
+    split(it)
+    while first < it.concerned_count and residual <= ACCEPTED:
+        first = take_island(it, first)
+        write_step(it, contacts, length)
+        run_by(it.finding, contacts)
+        residual = (
+            greater(residual, contacts.residual) if contacts.residual <= ACCEPTED else contacts.residual
+        )
+        for a in range(contacts.rows):
+            it.whole[it.list[a]], it.nu[it.list[a]] = contacts.forces[a], contacts.after[a]
+    if it.count < it.concerned_count:
+        take_all(it)
+        write_step(it, contacts, length)
+        for a in range(contacts.rows):
+            contacts.forces[a], contacts.after[a] = it.whole[it.list[a]], it.nu[it.list[a]]
+        contacts.residual = residual
+
+
+@compiled
+def write_step(it: EventRun, contacts: Contacts, length: float) -> None:
+    """Write the problem of the chosen contacts: of their speeds after a step, with all other forces in it."""
+    gather(it, contacts, 1, length)
+    for i in range(it.count):
+        k, at = it.chosen[i], contacts.at[i]
+        for j in range(it.compliant[k], 1 + it.tangents[k]):  # the normal of a compliant one is no unknown
+            contacts.given[at + j] += length * it.c[it.first[k] + j]
 
 
 @compiled
