@@ -72,16 +72,20 @@ def take_approach(it: EventRun, contacts: Contacts) -> None:
     """Take away the approach of contacts that have collided at this moment: what corrections left, or the rest of a
     series of impacts that goes on between several of them closer than times differ.
 
-    That may press others that have just left; each pass brings one more to rest.
+    That may press others that have just left; each pass brings one more to rest, or ends this: rows that depend on each
+    other may contradict each other by their round-off.
     """
-    for _ in range(it.contacts):
-        found = 0
+    goes_on, turn = 1, 0
+    while goes_on != 0 and turn < it.contacts:
+        goes_on, turn, found = 0, turn + 1, 0
         for k in range(it.contacts):
             it.taking[k] = 1 if it.closed[k] != 0 and normal_speed(it, k) < -it.still else 0
             found += it.taking[k]
-        if found == 0:
-            return
-        take_away(it, contacts)
+        if found > 0:
+            take_away(it, contacts)
+        for k in range(it.contacts):
+            if it.taking[k] != 0 and normal_speed(it, k) >= -it.still:
+                goes_on = 1
 
 
 @compiled
