@@ -21,6 +21,7 @@ from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.memory import equip, make_log, make_rows, memory, watch
 from ..ode.run import Run
+from ..phase.phase_record import PhaseData
 from ..phase.scene import Scene, functions
 from .patches import Patches
 
@@ -111,6 +112,7 @@ class Memory:
         it, scene, model = self.it, self.scene, self.model
         phase = scene.holding(("open",) * it.contacts, self.kernels.active)
         self.looking = scene.constants(parameters)
+        PhaseData(self.looking).only_near = 1
         self.program = phase.whole(watched.expressions, self.patches, watched.sensed)
         self.phase = self.program.constants(parameters)
         compiled, energy = functions(), self.kernels.motion()

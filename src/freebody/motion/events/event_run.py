@@ -148,6 +148,7 @@ class EventRun(Record):
     ``active``, ``actives``       independent conditions of contacts;  ``shared``: 1 for each whose forces are open
     ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
     ``taking``                    contacts whose speed is taken away
+    ``decided``                   modes of all islands while the shares of one are found
     ``reason``, ``measure``       why a mode ended, and the friction there
     ``bounce_*``                  the last impacts
     ``list``, ``ray``, ``goal``, ``x``    a system of impulses (`impulses.impelled`)
@@ -300,6 +301,7 @@ class EventRun(Record):
     past: Annotated[Wholes, "contacts"]
     dead: Annotated[Wholes, "contacts"]
     taking: Annotated[Wholes, "contacts"]
+    decided: Annotated[Wholes, "contacts"]
     ends: Annotated[Wholes, "contacts"]
     ended: Annotated[Wholes, "contacts"]
     shared: Annotated[Wholes, "contacts"]

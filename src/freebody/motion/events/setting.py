@@ -166,7 +166,8 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         if it.dead[k] != 0:
             r = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1
             if it.island[k] != last:
-                last, count = it.island[k], listed_in(it, it.island[k])
+                last = it.island[k]
+                count = listed_in(it, last) if it.holds[last] > 0 else 0
                 kept = products(it, contacts, 0, count)
             if count == 0 or is_combined(it, contacts, r, count, kept) == 0 or parts(it, r, count, most) != 0:
                 it.dead[k] = 0

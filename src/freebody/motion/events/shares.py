@@ -231,8 +231,26 @@ def share(it: EventRun, contacts: Contacts) -> int:
     """Take the shares of indeterminate forces that the equations of the modes have; return 1 if there are any, else 0.
 
     Contacts at rest share friction in proportion to N there, and reach their limits by it. One that would pull opens,
-    if the others hold it in place.
+    if the others hold it in place. Equations are those of the island of the problem.
     """
+    islands = it.count < it.concerned_count
+    if islands:
+        copy_wholes(it.mode, it.decided, it.contacts)
+        for k in range(it.contacts):
+            it.mode[k] = laws.OPEN
+        for i in range(it.count):
+            it.mode[it.chosen[i]] = it.decided[it.chosen[i]]
+    found = take_shares(it, contacts)
+    if islands:
+        for i in range(it.count):
+            it.decided[it.chosen[i]] = it.mode[it.chosen[i]]
+        copy_wholes(it.decided, it.mode, it.contacts)
+    return found
+
+
+@compiled
+def take_shares(it: EventRun, contacts: Contacts) -> int:
+    """Take the shares as `share` does, of all contacts whose modes are not open."""
     set_up(it, contacts)
     if it.spare_count == 0 or has_forces(it, contacts) == 0:
         return 0

@@ -26,14 +26,11 @@ def shared(phase: PhaseData) -> int:
                 S[j, a] = joint(phase, i, j, force_row(phase, j))
     if weighted(phase) == 0:
         return 0
-    if phase.slipping == 0:
-        again = 0
-        for s in range(phase.islands):
-            if pulls(phase, s) == 0:
-                weigh(phase, s)
-                again = 1
-        if again != 0:
-            weighted(phase)  # contacts without load have no friction to share: the first shares remain
+    for s in range(phase.islands):
+        phase.weighed[s] = 1 if phase.slips_in[s] == 0 and pulls(phase, s) == 0 else 0
+        if phase.weighed[s] != 0:
+            weigh(phase, s)
+            weighted_in(phase, s)  # contacts without load have no friction to share: the first shares remain
     return 1
 
 

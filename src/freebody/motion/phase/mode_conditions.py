@@ -90,9 +90,11 @@ def find_islands(phase: PhaseData) -> None:
         set_places(phase, i, one, one if k < 0 else phase.beside_of[2 * k + 1])
         b = root_of(parent, one)
         if number[b] < 0:
-            number[b] = phase.islands
+            number[b], phase.slips_in[phase.islands] = phase.islands, 0
             phase.islands += 1
         phase.island[i] = number[b]
+        if phase.force_row[i] != i:
+            phase.slips_in[number[b]] = 1
     in_order(phase, phase.independent, phase.active, phase.active_at)
     for i in range(size):
         phase.members[i] = i

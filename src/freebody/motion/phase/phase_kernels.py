@@ -254,13 +254,13 @@ def row_seen(phase: PhaseData, k: int, r: int, W: Reals, X: Reals) -> None:
 
 @inlined
 def is_nearby(phase: PhaseData, k: int, limit: float) -> Truth:
-    """Return True if a decision may ask for the rows of a contact, or for those of what resists its rolling.
+    """Return True if the rows of a contact, or of what resists its rolling, are asked for.
 
     Adhesion changes the accelerations of all contacts.
     """
     p = phase.presser[k] if phase.presser[k] >= 0 else k
     gap = phase.touch[phase.touch_at[p]]
-    return phase.held[k] != 0 or phase.adhesive_count > 0 or not gap > limit
+    return phase.only_near == 0 or phase.held[k] != 0 or phase.adhesive_count > 0 or not gap > limit
 
 
 @compiled
@@ -269,8 +269,8 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     change of u' per unit of each contact force, μ, μ_s, e, μ at rest, the least rates of reaches that are zero, and the
     normal forces that the state gives, and the adhesion.
 
-    The machine's own conditions are enforced. Rows of W, and changes by forces, of contacts that are far keep what they
-    were: there are as many as pairs of bodies, and decisions ask for none of them.
+    The machine's own conditions are enforced. With ``only_near`` rows of W, and changes by forces, of contacts that are
+    far keep what they were: there are as many as pairs of bodies, and decisions ask for none of them.
     """
     phase = PhaseData(c)
     n, E, m, near = phase.n, phase.contacts, phase.rows, 1.0

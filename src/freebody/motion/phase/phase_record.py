@@ -73,6 +73,7 @@ class PhaseData(Record):
     ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
                                 place of their values in ``touch``
     ``columns``                 place in the order of elimination of each entry
+    ``only_near``               1 if `phase_kernels.looked` forms rows of near contacts only
     ``closed``, ``closed_count``, ``open``, ``open_count``    the closed contacts and the open ones
 
     Conditions of the phase, those of the machine first:
@@ -87,6 +88,7 @@ class PhaseData(Record):
     ``island``, ``members``, ``member_at``, ``active_at``    island of each condition, these by islands, and the first
                                 of each island among these and among the independent ones
     ``parent``, ``number_of``   island of each block while conditions join them, and its number
+    ``slips_in``, ``weighed``   1 for each island in which a contact slips with friction, and for each whose W is N
     ``low``, ``high``           places in the order of elimination between which a condition has speeds;
                                 ``block_low``, ``block_high``: of each block
     ``beside_of``, ``own_block``    blocks of each contact, and of the conditions of the machine
@@ -197,6 +199,7 @@ class PhaseData(Record):
     entries: Annotated[Wholes, "rows"]
     W_at: Annotated[Wholes, "rows"]
     columns: Annotated[Wholes, "entries_of_W"]
+    only_near: Whole
     closed: Annotated[Wholes, "contacts"]
     closed_count: Whole
     open: Annotated[Wholes, "contacts"]
@@ -209,6 +212,8 @@ class PhaseData(Record):
     members: Annotated[Wholes, "most_conditions"]
     member_at: Annotated[Wholes, "after_conditions"]
     active_at: Annotated[Wholes, "after_conditions"]
+    slips_in: Annotated[Wholes, "most_conditions"]
+    weighed: Annotated[Wholes, "most_conditions"]
     parent: Annotated[Wholes, "blocks"]
     number_of: Annotated[Wholes, "blocks"]
     low: Annotated[Wholes, "most_conditions"]

@@ -165,12 +165,15 @@ def shared_change(it: PhaseSlopes, phase: PhaseData, shares: Reals) -> None:
 
 @compiled
 def sharing_of(t: float, it: PhaseSlopes, phase: PhaseData) -> int:
-    """Prepare the derivatives of shared forces; return 0 if there are none, 1 if W = 1, 2 if it is that of friction."""
+    """Prepare the derivatives of shared forces; return 0 if there are none, 1 if W = 1, 2 if that of an island is N."""
     if phase.conditions == phase.active:
         return 0
     for i in range(phase.conditions):
         it.forces[i] = condition_force(phase, i)
-    if phase.slipping != 0:
+    weighed = 0
+    for s in range(phase.islands):
+        weighed += phase.weighed[s]
+    if weighed == 0:
         lean(t, it, phase, it.forces, it.shares)
         return 1
     if first_shares(phase, it.forces, it.weights, it.firsts) == 0:
@@ -244,6 +247,7 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
                 change = phase.lam[phase.normal_of[i]]
             elif k >= 0 and phase.held[k] != 0:
                 change = given_change(it, phase, k)
+            change = change if phase.weighed[phase.island[i]] != 0 else 0.0
             it.turns[i] = it.shares[i] + change * it.forces[i] / it.weights[i]
         set_weights(phase, it.weights)
         goals(it, phase, 0)
