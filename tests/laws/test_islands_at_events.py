@@ -117,3 +117,35 @@ def test_islands_decide_as_machines_of_their_own():
 @pytest.mark.slow
 def test_many_islands_decide_as_machines_of_their_own():
     assert sum(check(seed) for seed in range(3, 30)) > 0
+
+
+def test_friction_is_shared_by_loads_where_another_island_slips():
+    """A box stands on four corners beside one that slides. A push k t, above its mass centre, loads corners unequally.
+
+    T/N = k t/(m g) at each of them, so all reach μ at t_0 = μ m g/k, and x = k (t - t_0)³/(6 m) from there.
+    """
+    s, (m, mu, k) = fb.System("boxes"), (2.0, 0.4, 20.0)
+    s.gravity = (0, 0, -G)
+    s.parameters(k=k)
+    start = {"f1_vx": 5.0}
+    for i in range(2):
+        box = s.body(f"b{i}", fb.box(m, (0.4, 0.3, 0.2)))
+        s.free(f"f{i}", s.ground, box)
+        s.contact(f"c{i}", box.corners(size=(0.4, 0.3, 0.2)), s.ground.plane(normal="z"), friction=mu)
+        start |= {f"f{i}_z": 0.1, f"f{i}_y": float(i)}
+        if i == 0:
+            s.force("push", box.point(0, 0, 0.05), ("k*t", 0, 0), frame=s.ground)
+    start_of_slip = mu * m * G / k
+    motion = fb.simulate(s, 0.6, initial=start, samples=61, sensitivities=["k"])
+    t, points = motion.t, [c for name, c in motion.contacts.items() if name.startswith("c0")]
+    corners = [c for c in points if c.gap[0] == 0]
+    rests = (t > 0) & (t < start_of_slip)
+    forces = np.array([c.least[rests] for c in corners])
+    friction = np.linalg.norm(forces[..., 1:], axis=2)
+    assert len(corners) == 4 and np.ptp(forces[:, -1, 0]) > 0.1 * m * G
+    np.testing.assert_allclose(friction / forces[..., 0], np.tile(k * t[rests] / (m * G), (4, 1)), rtol=1e-9)
+    assert any(abs(event.time - start_of_slip) < 1e-9 for event in motion.events)
+    tau = np.maximum(t - start_of_slip, 0)
+    np.testing.assert_allclose(motion["f0_x"], k * tau**3 / (6 * m), atol=1e-8)
+    slope = tau**3 / (6 * m) + tau**2 * start_of_slip / (2 * m)
+    np.testing.assert_allclose(motion.sensitivity["f0_x", "k"], slope, atol=1e-7)

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...describe.shapes.feature import Corner, Edge, Face, Feature
-from ...dynamics.kinematics import coordinate_rates
-from ...dynamics.state import float_state, state_at
+from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.patched import EDGE_ON_EDGE, KINDS
 from ..families import feature_changes
@@ -34,6 +33,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.program import Program, at_state
 from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
+from ..phase.scene import scene_of
 
 TURNED = 1e-6
 """Sine of the angle from which two normals are different ones."""
@@ -69,6 +69,7 @@ class Patches:
         self.places: list[dict[int, tuple[int, ...]]] = [{} for _ in self.pairs]
         self.poses, self.name = link_poses(kernels)
         it.poses = self.poses.address(self.name)
+        self.machine = scene_of(kernels).candidates.program()  # its outputs begin with q'
         self.functions = feature_changes.functions()
         self.values: dict[str, float] = {}
         self.ready = False
@@ -81,7 +82,8 @@ class Patches:
         fill_members(it.families, self.solids, {p.name: values[p.name] for p in self.solids.parameters})
         it.families.links.poses = np.zeros(POSE * (1 + len(self.model.links)))
         it.families.links.poses[[0, 4, 8]] = 1
-        it.poses_c = self.poses.constants(self.kernels.parameters(values))
+        parameters = self.kernels.parameters(values)
+        it.poses_c, self.machine_c = (one.constants(parameters) for one in (self.poses, self.machine))
         state = float_state(self.model, values=self.values)
         self.cores: list[list[Array]] = []
         for p, pair in enumerate(self.pairs):
@@ -121,8 +123,7 @@ class Patches:
         it, n_q = self.it, self.model.n_q
         fastest = 1 + float(np.abs(y[n_q : n_q + self.model.n_u]).max(initial=0))
         later, dt = y.copy(), SOON / fastest
-        state = state_at(self.model, y, t, self.values)
-        later[:n_q] += dt * np.array([float(x) for x in coordinate_rates(self.model, state)])
+        later[:n_q] += dt * at_state(self.machine, "machine", t, y, self.machine_c)[:n_q]
         for p, (pair, places) in enumerate(zip(self.pairs, self.places, strict=True)):
             at = {place: self.most * p + k for k, place in enumerate(places)}
             open_places = [place for place in places if it.mode[pair.places[place]] == 0]
