@@ -209,7 +209,8 @@ class Patches:
         it.used[p] = len(kept) or -1
         for k, (place, one) in enumerate(kept.items(), start=start):
             it.features[4 * k : 4 * k + 4], it.contact[k] = one, pair.places[place]
-            it.tied[k] = marks.get(place, tie)
+            came_back = tie and one in self.left[p]
+            it.tied[k] = marks.get(place, feature_changes.ALTERNATES if came_back else tie)
         self.left[p].update(one for place, one in places.items() if place not in kept)
         self.places[p], self.last[p] = kept, t
         return kept != places

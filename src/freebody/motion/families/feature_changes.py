@@ -11,7 +11,8 @@ At a tie, such as two faces that come to lie on each other, round-off would chan
 that is kept there holds while it is near and within its sides: the foot of a corner in its face, a crossing between the
 ends of both edges. If it is closed, it leaves at twice the distance outside a side at which places come
 (`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
-harm: of two convex solids, what lies within the sides is apart.
+harm: of two convex solids, what lies within the sides is apart. One that has left and come back at one moment leaves as
+a closed one does: it stands at the end of its sides, and each correction of the state moves it by round-off.
 
 An edge almost flat on a face crosses two of its sides, and the patch has one crossing at a time: two edges separate the
 solids better than the face. One that has closed stays until it is far or at an end of its edges (`crosses`).
@@ -193,7 +194,8 @@ def is_point(it: Followed, at: int, k: int) -> int:
 def within(it: Followed, at: int) -> int:
     """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
     band = BAND * it.families.patch.extent
-    if it.mode[it.contact[at]] == 0 or it.tied[at] == CROSSES:
+    passes = it.mode[it.contact[at]] == 0 and it.tied[at] != ALTERNATES
+    if passes or it.tied[at] == CROSSES:
         band = -band
     return 1 if beside(it, it.features[4 * at :]) <= band else 0
 

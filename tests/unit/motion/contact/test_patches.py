@@ -203,3 +203,33 @@ def test_an_edge_almost_flat_on_a_face_keeps_the_crossing_at_which_it_is_closed(
     touching(-0.5)  # far from the side on which it was
     patches.changed(0.2, y)
     assert first not in patches.places[0].values()
+
+
+def test_a_tie_of_features_is_decided_once():
+    """A corner of a tilted cube passes the edge of a box: at one moment corrections move it back and forth."""
+    for seed in range(6):
+        run, rng = run_of("box", "cube"), np.random.default_rng(seed)
+        tilt = Rotation.from_rotvec([*1e-3 * rng.normal(size=2), rng.uniform(0.2, 1.2)])
+        corners = tilt.apply(0.4 * np.array([(x, y, -1) for x in (-1, 1) for y in (-1, 1)]) + [0.1, 0, 0])
+        lowest, y = corners[corners[:, 2].argmin()], np.zeros(26)
+        y[3], y[10:14] = 1, np.roll(tilt.as_quat(), 1)
+        y[7:10] = np.array([0, 0.3 * np.sign(lowest[1]), 0.2]) - lowest  # the corner on an edge of the top
+        inside, outside = y.copy(), y.copy()
+        inside[8] -= 1e-6 * np.sign(lowest[1])
+        outside[8] += 1e-6 * np.sign(lowest[1])
+        before = features_at(run, inside)
+        while (middle := (inside[8] + outside[8]) / 2) not in (inside[8], outside[8]):
+            (inside if features_at(run, [*y[:8], middle, *y[9:]]) == before else outside)[8] = middle
+        patches = run.patches
+        patches.changed(0.0, inside)
+        changes = [patches.changed(1.0, (inside, outside)[k % 2]) for k in range(12)]
+        assert sum(changes) == 2  # the features outside, then those inside with what stays of the others
+
+
+def features_at(run, y):
+    """Return the features of the patch of a pair at a state."""
+    run.patches.look(0.0, y)
+    it = run.patches.it
+    run.patches.functions["measure"](it.families, it.first[0], it.second[0], 2 * it.limit[0])
+    patch = it.families.patch
+    return {tuple(one) for one in patch.features[: 4 * patch.count].reshape(-1, 4).tolist()}

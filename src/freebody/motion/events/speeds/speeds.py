@@ -52,15 +52,28 @@ def decided_by_speeds(it: EventRun, contacts: Contacts, longest: float) -> int:
 @compiled
 def is_unchanged(it: EventRun, length: float) -> int:
     """Return 1 if a step of the speeds is that of the last check, which found a rest, else 0."""
+    rows = 2 * (it.contacts + it.rows) + it.n
+    after = rows + 2 * it.rows * it.n
     copy(it.rate, it.speeds, it.rows)
     look_halfway(it, length)
-    same = 1
-    for i in range(it.seen_size):
-        # gaps and reaches may be infinite
-        if it.seen[i] != it.rested[i] and not abs(it.seen[i] - it.rested[i]) <= UNCHANGED * (
-            1.0 + abs(it.seen[i])
-        ):
-            same = 0
+    same = alike(it, 0, rows) * alike(it, after, it.seen_size - after)
+    for k in range(it.contacts):
+        p = it.presser[k] if it.presser[k] >= 0 else k
+        if it.closed[p] != 0 or it.held[p] != 0:  # others have no part in a step
+            first, size = rows + it.first[k] * it.n, (1 + it.tangents[k]) * it.n
+            same *= alike(it, first, size) * alike(it, first + it.rows * it.n, size)
     copy(it.seen, it.rested, it.seen_size)
     look(it)
     return same
+
+
+@compiled
+def alike(it: EventRun, first: int, count: int) -> int:
+    """Return 1 if so many numbers that have been seen, from this one on, are those of the last check, else 0."""
+    for i in range(first, first + count):
+        x, before = it.seen[i], it.rested[i]
+        if x != before and not abs(x - before) <= UNCHANGED * (
+            1.0 + abs(x)
+        ):  # gaps and reaches may be infinite
+            return 0
+    return 1
