@@ -105,3 +105,24 @@ def test_laws_hold_at_every_moment(seed):
 @pytest.mark.parametrize("seed", range(4, 84))
 def test_laws_hold_in_all_scenes(seed):
     check(seed)
+
+
+def test_resistance_ends_with_an_adhesive_contact_that_is_pulled_off():
+    """The force 20 t lifts a wheel of weight 9.81 N that adheres with 4 N at t = 0.6905 s; then it turns freely."""
+    s = fb.System("sticky wheel")
+    s.gravity = (0, -G, 0)
+    body = s.body("wheel", fb.disk(1, 0.1))
+    s.planar("f", s.ground, body, coordinate="x y turn")
+    s.contact("c", body.circle(0.1), s.ground.plane(), friction=0.3, adhesion=4, rolling=0.002)
+    s.force("F", body.origin, (0, "20*t", 0))
+    motion = fb.simulate(s, 1, initial={"y": 0.1, "x'": 1, "turn'": -10})
+    lifted = (G + 4) / 20
+    for name in ("c", "c_rolling"):
+        change = motion.modes.of(name)[-1]
+        assert change.mode == "open" and change.start == pytest.approx(lifted, rel=1e-12)
+    after = motion.t > lifted
+    # the wheel rolls, 3/2 m R^2 turn'' = δ (N + A), with N + A = m g + A - 20 t
+    slowed = 0.002 * ((G + 4) * lifted - 10 * lifted**2) / (1.5 * 0.1**2)
+    assert motion["turn'"][after] == pytest.approx(slowed - 10, rel=1e-9)
+    assert motion["c_rolling.gap"] == pytest.approx(motion["c.gap"])
+    assert abs(motion.energy.residual).max() < 1e-12

@@ -98,6 +98,7 @@ def memory_of(
         machine.spin[k] = np.flatnonzero(shape.order == link.u)[0]
         machine.block[k] = np.searchsorted(shape.blocks, machine.spin[k], side="right") - 1
     contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
+    contacts.seen, contacts.behind = np.zeros((contacts.reaches, 2)), np.zeros(contacts.reaches, np.int64)
     contacts.tangents = np.array(tangents, dtype=np.int64)
     contacts.mu = np.array(
         [
