@@ -288,16 +288,18 @@ class InSteps:
             self.impulses.modes[self._step_of(times)] if len(self.impulses.modes) else none
         ]
         result: dict[str, ContactMotion] = {}
+        pressures: dict[str, Array] = {}
         for e, contact in enumerate(model.contacts):
             at, n = first[e], tangents[e]
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
-            if contact.presser:
-                lam[:, 0] = result[contact.presser].normal
-            mu = self.static_friction(contact.name, contact, times, motion.states)
+            mode = np.array([contact.shown(x) for x in modes[:, e]])
             pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
+            if contact.presser:
+                pressure = lam[:, 0] = np.where(mode == "open", 0.0, pressures[contact.presser])
+            pressures[contact.name] = pressure
+            mu = self.static_friction(contact.name, contact, times, motion.states)
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")
             margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
-            mode = np.array([contact.shown(x) for x in modes[:, e]])
             if not contact.compliant:
                 approaches[mode != "open", e] = 0.0
             result[contact.name] = ContactMotion(
