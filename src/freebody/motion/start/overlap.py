@@ -59,7 +59,7 @@ def refuse_overlap(
 
 
 def behind_sides(sides: Collection[str], times: Any, motions: Mapping[str, Any]) -> Iterator[MotionWarning]:
-    """Yield a warning for each contact of ``sides`` that is open and deep at some times of ``motions`` (`ContactMotion`).
+    """Yield a warning for each contact of ``sides`` that is open and deep at some of the times.
 
     A foot that leaves a side at its end may come around it. Nothing touches a side from behind.
     """
