@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from ...native.instructions import (
+    EPS,
     Integers,
     Parts,
     Real,
@@ -27,6 +28,9 @@ from .run import Run
 
 MOST_PARTS = 1024
 """Number of parts into which a step is divided at most."""
+
+BESIDE = EPS ** (1 / 3)
+"""Part of a step in which the error of the midpoint rule, of third order, is round-off of the change in the step."""
 
 part = Parts()
 
@@ -132,13 +136,48 @@ def state_in_step(run: Run, x: float) -> None:
     """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
     single step, from the dense output. A state that the row still holds is not computed again.
 
-    Equal fractions have equal states, by whose signs events are told to have passed.
+    States beside that of the first shorter step are found from there. It stays the same for the step, so that equal
+    fractions have equal states, by whose signs events are told to have passed.
     """
     if method.single_step:
         dense_state(run, x)
     elif run.reached != x:
-        shorter_step(run, x)
+        if method.cost > 0 and run.base >= 0.0 and is_beside(run, x):
+            state_beside(run, x)
+        else:
+            shorter_step(run, x)
+            if method.cost > 0 and run.base < 0.0:
+                run.base = x
+                run.beside[0][:] = run.point
+                run.rates(run.t + x * run.h, run.point, run.c, run.beside[1])
+                run.evaluated += 1
         run.reached = x
+
+
+@compiled
+def is_beside(run: Run, x: float) -> Truth:
+    """Return whether a state at ``x`` follows from that at ``base``, but for round-off.
+
+    The ends of shorter steps have errors, of the tolerance r, and run with the length at slopes that are off by those:
+    over a small part p of the step by r p.
+    """
+    part, relative = abs(x - run.base), 0.0
+    for i in range(run.n):
+        relative = greater(relative, run.relative[i])
+    return part <= BESIDE and relative * part <= EPS
+
+
+@part
+def state_beside(run: Run, x: float) -> None:
+    """Set the row point: the state at ``x``, from that at ``base``, by the midpoint rule."""
+    t, length = run.t + run.base * run.h, (x - run.base) * run.h
+    run.argument[:] = run.beside[0] + length / 2.0 * run.beside[1]
+    run.rates(t + length / 2.0, run.argument, run.c, run.k[1])
+    run.evaluated += 1
+    run.point[:] = run.beside[0] + length * run.k[1]
+    normalise(run, run.point)
+    if run.projection is not None:
+        project(run, run.t + x * run.h, run.point, True)
 
 
 # -- states at given times -----------------------------------------------------------------------------
@@ -164,7 +203,7 @@ def step_at(run: Run, steps: int, t: float) -> int:
 @part
 def begin_again(run: Run, t: float, y: Reals) -> None:
     """Go to the start of a step, the state y at t."""
-    run.t, run.reached = t, -1.0
+    run.t, run.reached, run.base = t, -1.0, -1.0
     for i in range(run.n):
         run.y[i] = y[i]
     run.rates(run.t, run.y, run.c, run.k[0])
