@@ -21,6 +21,7 @@ from ...native.instructions import (
     call,
     compiled,
     greater,
+    lesser,
     root,
     where,
 )
@@ -30,7 +31,7 @@ MOST_PARTS = 1024
 """Number of parts into which a step is divided at most."""
 
 BESIDE = EPS ** (1 / 3)
-"""Part of a step in which the error of the midpoint rule, of third order, is round-off of the change in the step."""
+"""Part of a step in which the error of a polynomial of second order is round-off of the change in the step."""
 
 part = Parts()
 
@@ -136,45 +137,54 @@ def state_in_step(run: Run, x: float) -> None:
     """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
     single step, from the dense output. A state that the row still holds is not computed again.
 
-    States beside that of the first shorter step are found from there. It stays the same for the step, so that equal
-    fractions have equal states, by whose signs events are told to have passed.
+    States beside that of the first shorter step follow from it. It stays the same for the step, so that equal fractions
+    have equal states, by whose signs events are told to have passed.
     """
     if method.single_step:
         dense_state(run, x)
     elif run.reached != x:
-        if method.cost > 0 and run.base >= 0.0 and is_beside(run, x):
+        reach = reach_of(run) if method.cost > 0 else 0.0
+        if run.base >= 0.0 and abs(x - run.base) <= reach:
             state_beside(run, x)
         else:
             shorter_step(run, x)
-            if method.cost > 0 and run.base < 0.0:
-                run.base = x
-                run.beside[0][:] = run.point
-                run.rates(run.t + x * run.h, run.point, run.c, run.beside[1])
-                run.evaluated += 1
+            if run.base < 0.0 < reach:
+                keep_base(run, x)
         run.reached = x
 
 
 @compiled
-def is_beside(run: Run, x: float) -> Truth:
-    """Return whether a state at ``x`` follows from that at ``base``, but for round-off.
+def reach_of(run: Run) -> float:
+    """Return the part of the step in which states follow from one, but for round-off; 0 if searches move farther.
 
     The ends of shorter steps have errors, of the tolerance r, and run with the length at slopes that are off by those:
-    over a small part p of the step by r p.
+    over a part p of the step by r p. A search moves by r.
     """
-    part, relative = abs(x - run.base), 0.0
+    tolerance = 0.0
     for i in range(run.n):
-        relative = greater(relative, run.relative[i])
-    return part <= BESIDE and relative * part <= EPS
+        tolerance = greater(tolerance, greater(run.relative[i], run.absolute[i]))
+    return lesser(BESIDE, EPS / tolerance) if tolerance * tolerance <= EPS else 0.0
+
+
+@part
+def keep_base(run: Run, x: float) -> None:
+    """Keep the row point, the state at ``x``, with its rates and the rates of these, if they are finite."""
+    y, f, slope = run.beside[0], run.beside[1], run.beside[2]
+    t, aside = run.t + x * run.h, (BESIDE if x < 0.5 else -BESIDE) * run.h
+    y[:] = run.point
+    run.rates(t, y, run.c, f)
+    run.argument[:] = y + aside * f
+    run.rates(t + aside, run.argument, run.c, slope)
+    run.evaluated += 2
+    slope[:] = (slope - f) / aside
+    run.base = x if are_finite(slope, run.n) else -1.0
 
 
 @part
 def state_beside(run: Run, x: float) -> None:
-    """Set the row point: the state at ``x``, from that at ``base``, by the midpoint rule."""
-    t, length = run.t + run.base * run.h, (x - run.base) * run.h
-    run.argument[:] = run.beside[0] + length / 2.0 * run.beside[1]
-    run.rates(t + length / 2.0, run.argument, run.c, run.k[1])
-    run.evaluated += 1
-    run.point[:] = run.beside[0] + length * run.k[1]
+    """Set the row point: the state at ``x``, by the Taylor polynomial of second order at ``base``."""
+    length = (x - run.base) * run.h
+    run.point[:] = run.beside[0] + length * (run.beside[1] + length / 2.0 * run.beside[2])
     normalise(run, run.point)
     if run.projection is not None:
         project(run, run.t + x * run.h, run.point, True)
