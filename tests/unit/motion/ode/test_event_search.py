@@ -243,6 +243,14 @@ def test_states_beside_each_other_take_one_shorter_step(tolerance, known):
     assert (found.path.evaluations - plain.path.evaluations <= 11 + 2) == known
 
 
+def test_events_after_the_stop_are_told_by_its_state():
+    """x falls through 0.001, where the run stops, and in that step through 0; one 5e-14 s later is kept."""
+    stop = fb.event("x - 0.001", terminal=True)
+    alone, found = motion([stop], until=1), motion([stop, "x", "x - 0.001 + 1e-13"], until=1)
+    assert [event.name for event in found.events] == ["x - 0.001", "x - 0.001 + 1e-13"]
+    assert found.path.evaluations == alone.path.evaluations
+
+
 def test_round_off_is_no_reason_to_search_on():
     """A function that is zero but for round-off has events, but is not searched without end."""
     found = motion(["2*x'^2 + 8*x^2 - 8"], until=1)
