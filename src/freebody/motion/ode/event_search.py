@@ -339,10 +339,10 @@ def log_events(run: Run, count: int, rejects: int) -> float:
     """Copy the events of a step to the log, up to the first terminal event.
 
     Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
-    simultaneous and are kept. A function that has not passed by then passes later. A terminal event at the very start does not stop the run: otherwise a motion could not be
-    started again from it. One that is guarded and happens after it stops the run a moment later: else what it tells,
-    such as other features of a patch, would be passed over. Where a function loses its value, the step stops as at a
-    terminal event.
+    simultaneous and are kept; a function that has not passed by then passes later. A terminal event at the very start
+    does not stop the run: otherwise a motion could not be started again from it. One that is guarded and happens after
+    it stops the run a moment later: else what it tells, such as other features of a patch, would be passed over. Where
+    a function loses its value, the step stops as at a terminal event.
 
     If ``rejects`` is 1, return `TOO_LONG` if the step is: the states have no zero where the dense output has one of a
     guarded function, such a function passes through infinity, or the iteration of the method does not converge for the

@@ -231,6 +231,17 @@ def expect_end(run: Run, t: float, y: Reals) -> None:
 
 
 @part
+def strays(run: Run, x: float) -> Truth:
+    """Return whether the shorter step to ``x`` has come to another solution for its stages than the known step.
+
+    Its error is greater than that of the known step, and than the tolerance. Where the force of a contact passes
+    through infinity at a direction of its slip near that of the motion, there is a solution on each side.
+    """
+    error = method.judge(run, x * run.h)
+    return error > 1.0 and (method.attempt(run, run.h) != 0 or not error <= method.judge(run, run.h))
+
+
+@part
 def in_parts(run: Run, t: float, y: Reals, length: float) -> None:
     """Set the row point: the state at this distance from the start of a step, the state y at t, by several steps.
 
@@ -295,7 +306,9 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                 if method.hold is not None:
                     method.hold(run)
             dense_state(run, x)
-        if method.expect is not None and not are_finite(run.point, n):
+        if method.expect is not None and (
+            not are_finite(run.point, n) or (not from_dense and strays(run, x))
+        ):
             in_parts(run, times[low], run.states[low], t - times[low])
             run.sampled = 0
         for i in range(n):
