@@ -21,8 +21,6 @@ OPEN = {
     ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
     # feet stick and slip in turn near a jam: no motion is found with feet at rest, and one sticks beyond its cone
     ("quadruped", 1), ("quadruped", 6),
-    # a slip of 1e-12 m/s turns within 10 ns: forces read between the steps of that turn are wrong, those at them right
-    ("quadruped", 10),
 }  # fmt: skip
 """Machines whose motions are wrong, refused for no reason of physics, or take minutes."""
 

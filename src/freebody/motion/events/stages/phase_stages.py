@@ -127,8 +127,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         return event_run.PAUSE
     if it.logged + limits.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    piece = limits.PIECE if it.budget > limits.PIECE else it.budget
-    run.room = piece if it.steps_left > piece else it.steps_left
+    # whole pieces, whatever is left of the budget, which the clock decides: implicit steps end at the end of one
+    run.room = limits.PIECE if it.steps_left > limits.PIECE else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
