@@ -18,7 +18,7 @@ from ..impacts.borne_loads import keep_loads
 from ..impacts.bounces import end_rest
 from ..jumps import arrived, judge_sides, jumped, leave_idle, stick, take_crossing
 from ..log import log_phase, log_state, room_for_event
-from ..moment import choose, copy, copy_wholes, joined, look
+from ..moment import choose_all, copy, copy_wholes, joined, look
 from ..setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from ..shares import forces_decided
 from ..slips.slip_ends import fading, halt, turn_back
@@ -122,8 +122,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         return event_run.PAUSE
     if it.logged + limits.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    piece = limits.PIECE if it.budget > limits.PIECE else it.budget
-    run.room = piece if it.steps_left > piece else it.steps_left
+    # as long whatever is left of the budget: after each piece it is judged whether steps stay implicit
+    run.room = limits.PIECE if it.steps_left > limits.PIECE else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
@@ -220,7 +220,7 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 copy_wholes(it.mode, it.before, it.contacts)
                 for j in range(it.contacts):
                     it.way_before[j, 0], it.way_before[j, 1] = it.way[j, 0], it.way[j, 1]
-                choose(it)
+                choose_all(it)
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
