@@ -185,10 +185,11 @@ def expect_end(run: Run, t: float, y: Reals) -> None:
 def in_parts(run: Run, t: float, y: Reals, length: float) -> None:
     """Set the row point: the state at this distance from the start of a step, the state y at t, by several steps.
 
-    The iteration of one may not converge where that of the run did, from the polynomial of the step before.
+    The iteration of one may not converge where that of the run did, from the polynomial of the step before, or come to
+    another solution (`strays`).
     """
-    parts, done = 1, 0
-    while done < parts and parts < MOST_PARTS:
+    whole, parts, done = run.h, 1, 0
+    while (done < parts or strays(run, y, length / whole, whole)) and parts < MOST_PARTS:
         parts, done = 2 * parts, 0
         begin_again(run, t, y)
         while done < parts and method.attempt(run, length / parts) == 0 and are_finite(run.y_new, run.n):
@@ -207,6 +208,24 @@ def in_parts(run: Run, t: float, y: Reals, length: float) -> None:
     if done < parts:
         for i in range(run.n):
             run.point[i] = math.nan
+
+
+@part
+def strays(run: Run, y: Reals, x: float, length: float) -> Truth:
+    """Return True if the row point is no state between the ends of a step, y and the row end, at the fraction x of it.
+
+    Where a slip of 1e-12 m/s turns, the equations of a shorter step have a second solution, in which a contact pulls. A
+    state is near the parabola through both ends with the rates at the second one: within the tolerance and twice what
+    the step changes.
+    """
+    far, whole = 0.0, 0.0
+    for i in range(run.n):
+        change = run.end[i] - y[i]
+        between = y[i] + change + (x - 1.0) * (change + x * (length * run.k[12, i] - change))
+        scale = run.absolute[i] + run.relative[i] * abs(y[i])
+        far = greater(far, abs(run.point[i] - between) / scale)
+        whole = greater(whole, abs(change) / scale)
+    return far > 1.0 + 2.0 * whole
 
 
 @part
@@ -246,9 +265,12 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                 if method.hold is not None:
                     method.hold(run)
             dense_state(run, x)
-        if method.expect is not None and not are_finite(run.point, n):
-            in_parts(run, times[low], run.states[low], t - times[low])
-            run.sampled = 0
+        if method.expect is not None and high > low:
+            run.h = times[high] - times[low]
+            if not are_finite(run.point, n) or strays(run, run.states[low], (t - times[low]) / run.h, run.h):
+                in_parts(run, times[low], run.states[low], t - times[low])
+                run.sampled = 0
+            run.h = run.lengths[low]
         for i in range(n):
             result[k * n + i] = run.point[i]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....native.instructions import Truth, compiled, inlined
+from ....native.instructions import Truth, compiled, greater, inlined
 from ...cones.contacts import Contacts
 from ...phase import laws
 from ...phase.contact_outputs import force_of
@@ -12,6 +12,9 @@ from ..event_run import EventRun
 from ..setting import leaves_rest
 from ..shares import find_shared
 from ..slips.slip_starts import nudged, scale_of, slip_acceleration
+
+BEYOND = 1e-6
+"""Part of the greatest normal force by which a force is beyond its limit: loads of joints may be as far from agreeing."""
 
 
 @compiled
@@ -104,6 +107,40 @@ def are_near_cones(it: EventRun, part: float, alone: int) -> int:
             if not it.watch[it.events + i] >= part * (limit * limit if law == laws.CONE else limit):
                 return 1
     return 0
+
+
+@compiled
+def begins_beyond(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if a contact pulls, or rests beyond its cone, as a phase begins, by a force that is not open; else 0.
+
+    Functions that begin below zero never fall through it. Where rows nearly depend on each other, a decision may take
+    a slip that begins with 1e-10 of an acceleration for none, and only great forces would make it none.
+    """
+    phase, most, beyond = PhaseData(it.phase), 0.0, 0
+    it.watched(it.t, it.y, it.phase, it.watch)
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN:
+            most = greater(most, abs(force_of(phase, k)[0]))
+    for i in range(phase.endings):
+        beyond += is_beyond(it, i, most)
+    if beyond > 0 and has_open_forces(it) != 0:
+        beyond = 0
+        find_shared(it, contacts)
+        for i in range(phase.endings):
+            beyond += is_beyond(it, i, most) if it.shared[it.ending[i]] == 0 else 0
+    return 1 if beyond > 0 else 0
+
+
+@compiled
+def is_beyond(it: EventRun, i: int, most: float) -> int:
+    """Return 1 if an ending of a force is below zero in ``watch`` by a part of the greatest one, ``most``; else 0."""
+    law = PhaseData(it.phase).law[i]
+    least = -BEYOND * most
+    if law == laws.CONE:
+        least *= most
+    elif law != laws.NORMAL and law != laws.LINE_CONE:
+        return 0
+    return 1 if it.watch[it.events + i] < least else 0
 
 
 @compiled

@@ -25,6 +25,7 @@ from ..slips.slip_ends import fading, halt, turn_back
 from ..slips.slip_starts import shortest_turn
 from ..slips.straight_steps import UPSET
 from ..speeds.held_phases import end_of_phase, keep_start, pass_dead_centre
+from ..speeds.open_cones import begins_beyond
 from ..speeds.speeds import decided_by_speeds
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 
@@ -75,8 +76,17 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
     if it.creeping != 0 and it.implicit == 0:
         it.pace = shortest_turn(it)
         return event_run.OTHER_METHOD
-    begin_steps(it, run, end)
+    begin_within_limits(it, run, contacts)
     return RUNNING
+
+
+@compiled
+def begin_within_limits(it: EventRun, run: Run, contacts: Contacts) -> None:
+    """Begin the steps of a phase, or pass a step of the speeds if forces are beyond their limits there."""
+    end = end_of_phase(it)
+    held = it.resting != 0 or it.holding != 0
+    if held or begins_beyond(it, contacts) == 0 or decided_by_speeds(it, contacts, end - it.t) == 0:
+        begin_steps(it, run, end)
 
 
 @compiled
@@ -224,7 +234,7 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
-                begin_steps(it, run, end_of_phase(it))
+                begin_within_limits(it, run, contacts)
             return RUNNING
     it.stage = event_run.ARRIVE
     return RUNNING
@@ -245,5 +255,5 @@ def judge(it: EventRun, run: Run, contacts: Contacts) -> int:
         look(it)
         set_up(it, contacts)  # the decision has written the equations of its own modes
         if it.halting != 0:
-            begin_steps(it, run, end_of_phase(it))
+            begin_within_limits(it, run, contacts)
     return RUNNING
