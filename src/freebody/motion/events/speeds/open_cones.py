@@ -14,7 +14,7 @@ from ..shares import find_shared
 from ..slips.slip_starts import nudged, scale_of, slip_acceleration
 
 BEYOND = 1e-6
-"""Part of the greatest normal force by which a force is beyond its limit: loads of joints may be as far from agreeing."""
+"""Part of the greatest normal force by which a force is beyond its limit: loads of joints may miss as much."""
 
 
 @compiled

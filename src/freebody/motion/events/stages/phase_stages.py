@@ -82,9 +82,12 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 @compiled
 def begin_within_limits(it: EventRun, run: Run, contacts: Contacts) -> None:
-    """Begin the steps of a phase, or pass a step of the speeds if forces are beyond their limits there."""
+    """Begin the steps of a phase, or pass a step of the speeds if forces are beyond their limits there.
+
+    One is passed, not a series: near a jam they would follow each other for as long as it lasts.
+    """
     end = end_of_phase(it)
-    held = it.resting != 0 or it.holding != 0
+    held = it.resting != 0 or it.holding != 0 or it.t == it.leapt
     if held or begins_beyond(it, contacts) == 0 or decided_by_speeds(it, contacts, end - it.t) == 0:
         begin_steps(it, run, end)
 
