@@ -137,23 +137,28 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     """
     one, other, n = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], patch.trial
     edges, edges_b = one[one[HEAD - 1] :], other[other[HEAD - 1] :]
-    best, top = patch.apart + ALONG * patch.extent, foremost(a, patch.normal)
-    d_x, d_y, d_z = b.middle[0] - a.middle[0], b.middle[1] - a.middle[1], b.middle[2] - a.middle[2]
+    best, top = patch.apart + ALONG * patch.extent, a.corners[3 * foremost(a, patch.normal, 1.0) :]
+    low = b.corners[3 * foremost(b, patch.normal, -1.0) :]
+    d_x, d_y, d_z = vector(a.middle, b.middle)
+    g_x, g_y, g_z = vector(top, low)
     for i in range(edges[1]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
         x, y, z = vector(p, q)
         for j in range(edges_b[1]):
             r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
             u, v, w = vector(r, s)
-            n[0], n[1], n[2] = cross(x, y, z, u, v, w)
-            square = along(n, n)
-            if square > PARALLEL * (x * x + y * y + z * z) * (u * u + v * v + w * w):
-                length = root(square)
-                if n[0] * d_x + n[1] * d_y + n[2] * d_z < 0.0:
-                    length = -length
-                for k in range(3):
-                    n[k] /= length
-                height = along(n, a.corners[3 * top :])
+            n_x, n_y, n_z = cross(x, y, z, u, v, w)
+            square = n_x * n_x + n_y * n_y + n_z * n_z
+            apart = n_x * g_x + n_y * g_y + n_z * g_z
+            towards = n_x * d_x + n_y * d_y + n_z * d_z
+            if towards < 0.0:
+                apart = -apart
+            if beyond(apart, best, square) == 1 and square > PARALLEL * (x * x + y * y + z * z) * (
+                u * u + v * v + w * w
+            ):
+                length = root(square) if towards >= 0.0 else -root(square)
+                n[0], n[1], n[2] = n_x / length, n_y / length, n_z / length
+                height = along(n, top)
                 apart = least_beyond(b, n, height, best)
                 if apart - height > best:
                     for k in range(3):
@@ -166,12 +171,19 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
                             patch.normal[k] = -n[k]
 
 
+@inlined
+def beyond(apart: float, best: float, square: float) -> int:
+    """Return 0 if apart/√square <= best, for two corners that thus show that a normal separates less; else 1."""
+    far = apart * apart - best * best * square
+    return 1 if (apart > 0.0 and (best < 0.0 or far > 0.0)) or (best < 0.0 and far < 0.0) else 0
+
+
 @compiled
-def foremost(core: Core, n: Reals) -> int:
-    """Return the corner that is farthest along n."""
+def foremost(core: Core, n: Reals, sign: float) -> int:
+    """Return the corner that is farthest along n, or against it if ``sign`` is -1."""
     best, chosen = -FAR, 0
     for v in range(core.count):
-        x = along(n, core.corners[3 * v :])
+        x = sign * along(n, core.corners[3 * v :])
         if x > best:
             best, chosen = x, v
     return chosen
