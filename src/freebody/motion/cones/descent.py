@@ -67,13 +67,13 @@ def step(problem: ContactProblem, memory: Newton, loose: float) -> int:
     blocks, dv, g, G = problem.blocks, memory.step, memory.moved, memory.G[0]
     law_slopes(problem, loose, g, G)
     jacobian(problem, G, memory)
-    if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
+    if factored(memory.J[0], blocks, memory.links, memory.order) == 0:
         return 0
     memory.factored += 1
     combine(problem, g, dv)
     for k in range(blocks.n):
         dv[k] = -dv[k]
-    substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    substitute(memory.J[0], blocks, memory.links, memory.order, dv)
     along_all(problem, G, dv, problem.r)
     for a in range(problem.count):
         problem.x[a] -= g[a] + problem.r[a]

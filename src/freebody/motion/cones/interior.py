@@ -125,7 +125,7 @@ def go_on(problem: ContactProblem, memory: Newton, goal: float, most: int) -> fl
         gap = set_equations(problem, memory)
         jacobian(problem, memory.G[0], memory)
         memory.factored += 1
-        if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+        if factored(memory.J[0], problem.blocks, memory.links, memory.order) == 0:
             return size
         solve(problem, memory)
         left = complement(problem, path, lesser(1.0, room(problem, path))) / gap
@@ -216,7 +216,7 @@ def solve(problem: ContactProblem, memory: Newton) -> None:
                 add(blocks, r + 1, problem.X, mu * (path.q[a + 1] + p_1), dv)
             if size > 2:
                 add(blocks, r + 2, problem.X, mu * (path.q[a + 2] + p_2), dv)
-    substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    substitute(memory.J[0], blocks, memory.links, memory.order, dv)
     for a in range(problem.count):
         if problem.kinds[a] == NORMAL:
             size, r = size_of(problem, a), problem.rows[a]

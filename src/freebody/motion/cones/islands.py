@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import compiled, greater, hot, lesser
+from ...native.instructions import Integers, compiled, greater, hot, inlined, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .block_rows import join, root_of
 from .cone import add_all, project_all, residual
@@ -61,6 +61,7 @@ class Islands(Record):
     ``touching`` rows of each block, from ``at`` on
     ``parent``   a block of the same island, itself for the first one;  ``worst``: greatest violation of a law in it
     ``place``    number of a block in the island;  ``order``: its blocks;  ``own``: rows of the problem in the island
+    ``degree``   links of each block, -1 where it is eliminated;  ``sequence``: in which they are
     ``part``     the island as a problem of its own
     ``energy``   sums over an island that judge its rebounds;  ``rebounds``: number of these
     """
@@ -74,6 +75,8 @@ class Islands(Record):
     worst: Annotated[Row, "blocks"]
     place: Annotated[Wholes, "blocks"]
     order: Annotated[Wholes, "blocks"]
+    degree: Annotated[Wholes, "blocks"]
+    sequence: Annotated[Wholes, "blocks"]
     own: Annotated[Wholes, "most"]
     energy: Annotated[Rows, "blocks", 3]
     rebounds: Annotated[Wholes, "blocks"]
@@ -178,7 +181,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
         part.rows[i], part.kinds[i], part.between[i] = i, problem.kinds[a], problem.between[a]
         part.mu[i], part.low[i], part.scale[i] = problem.mu[a], problem.low[a], problem.scale[a]
         part.b[i], part.x[i] = problem.b[a], problem.x[a]
-    arrange(problem, islands, island)
+    arrange(problem, islands, island, m)
     p, k = 0, 0
     for i in range(m):
         r = problem.rows[islands.own[i]]
@@ -194,27 +197,84 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
 
 
 @compiled
-def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
-    """Number the blocks of an island so that those that share a row stand near each other.
+def arrange(problem: ContactProblem, islands: Islands, island: int, rows: int) -> None:
+    """Number the blocks of an island, which has some rows, in the order in which they are eliminated.
 
-    The order is that of a walk in breadth, which begins where another walk ends. The dual method needs none.
+    The next one is one that is linked with the fewest others. The dual method needs no order.
 
-    Source: E. Cuthill, J. McKee, Proc. 24th ACM National Conference (1969) 157-172.
+    Source: W. F. Tinney, J. W. Walker, Proc. IEEE 55 (1967) 1801-1809.
     """
-    start = walk(problem, islands, island)
-    if is_bare(islands.part) == 0:
-        walk(problem, islands, start)
+    blocks, part, place, order, sequence = (
+        problem.blocks,
+        islands.part,
+        islands.place,
+        islands.order,
+        islands.sequence,
+    )
+    count = walk(problem, islands, island)
+    if is_bare(part) == 0:
+        least_links(problem, islands, rows, count)
+        for k in range(count):
+            sequence[k] = order[sequence[k]]
+        for k in range(count):
+            order[k], place[sequence[k]] = sequence[k], k
+    part.blocks.count, part.blocks.starts[0] = count, 0
+    for k in range(count):
+        b = order[k]
+        part.blocks.starts[k + 1] = part.blocks.starts[k] + blocks.starts[b + 1] - blocks.starts[b]
+
+
+@hot
+@compiled
+def least_links(problem: ContactProblem, islands: Islands, rows: int, count: int) -> None:
+    """Set the sequence in which the blocks of an island, by their places, are eliminated with few links."""
+    blocks, linked, degree, sequence = (
+        problem.blocks,
+        islands.newton.links.blocks,
+        islands.degree,
+        islands.sequence,
+    )
+    for k in range(count * count):
+        linked[k] = 0
+    for b in range(count):
+        degree[b] = 0
+    for i in range(rows):
+        r = problem.rows[islands.own[i]]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            for q in range(p + 1, blocks.first[r + 1]):
+                tie(linked, degree, count, islands.place[blocks.pieces[p]], islands.place[blocks.pieces[q]])
+    for k in range(count):
+        b = -1
+        for c in range(count):
+            if degree[c] >= 0 and (b < 0 or degree[c] < degree[b]):
+                b = c
+        sequence[k], degree[b] = b, -1
+        for c in range(count):
+            if linked[b * count + c] != 0 and degree[c] >= 0:
+                degree[c] -= 1
+                for d in range(c + 1, count):
+                    if linked[b * count + d] != 0 and degree[d] >= 0:
+                        tie(linked, degree, count, c, d)
+
+
+@inlined
+def tie(linked: Integers, degree: Integers, count: int, b: int, c: int) -> None:
+    """Link two blocks that are not."""
+    if linked[b * count + c] == 0:
+        linked[b * count + c] = linked[c * count + b] = 1
+        degree[b] += 1
+        degree[c] += 1
 
 
 @hot
 @compiled
 def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
-    """Number the blocks of an island from ``start`` on in breadth; return the last one."""
-    blocks, part, place, order = problem.blocks, islands.part, islands.place, islands.order
+    """List the blocks of an island in breadth, from ``start`` on; return their number."""
+    blocks, place, order = problem.blocks, islands.place, islands.order
     count, seen = 1, 0
     for b in range(blocks.count):
         place[b] = -1
-    order[0], place[start], part.blocks.starts[0] = start, 0, 0
+    order[0], place[start] = start, 0
     while seen < count:
         b = order[seen]
         for k in range(islands.at[b], islands.at[b + 1]):
@@ -225,9 +285,7 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
                     order[count], place[other] = other, count
                     count += 1
         seen += 1
-        part.blocks.starts[seen] = part.blocks.starts[seen - 1] + blocks.starts[b + 1] - blocks.starts[b]
-    part.blocks.count = count
-    return order[count - 1]
+    return count
 
 
 @compiled

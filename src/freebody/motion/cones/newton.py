@@ -160,7 +160,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
             return turn
         for k in range(n):
             step[k] = -here.F[k]
-        substitute(memory.J[0], blocks, memory.ends, memory.order, step)
+        substitute(memory.J[0], blocks, memory.links, memory.order, step)
         part, shorter, new = 1.0, True, size
         while shorter:
             for k in range(n):
@@ -217,7 +217,7 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
     jacobian(problem, memory.G[0], memory)
     memory.factored += 1
     memory.kept = soft
-    if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+    if factored(memory.J[0], problem.blocks, memory.links, memory.order) == 0:
         memory.kept = 0.0
         return 0
     return 1

@@ -256,7 +256,11 @@ def is_above(of: Families, first: int, second: int, limit: float) -> int:
     members = of.members
     if members.mesh[members.mesh_at[second]] > 0:
         return 0
-    pose, sizes, gap = of.links.poses[POSE * members.link[second] :], members.sizes[members.sizes_at[second] :], 0.0
+    pose, sizes, gap = (
+        of.links.poses[POSE * members.link[second] :],
+        members.sizes[members.sizes_at[second] :],
+        0.0,
+    )
     for i in range(3):
         n = from_axes(pose, i, sizes[3], sizes[4], sizes[5])
         x = members.lower[first, i] if n > 0.0 else members.upper[first, i]
