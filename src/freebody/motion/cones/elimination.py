@@ -79,7 +79,9 @@ def factored(a: Reals, blocks: Blocks, links: Links, order: Integers) -> int:
                 if order[k] != k:
                     exchange(a, n, k, order[k], starts[c], starts[c + 1])
                 for i in range(k + 1, last):
-                    take(a[i * n :], above, a[i * n + k], starts[c], starts[c + 1])
+                    block_add(
+                        a[i * n + starts[c] :], -a[i * n + k], above[starts[c] :], starts[c + 1] - starts[c]
+                    )
         for h in range(count):
             for i in range(starts[linked[h]], starts[linked[h] + 1]):
                 if last - first == BODY:
@@ -89,9 +91,10 @@ def factored(a: Reals, blocks: Blocks, links: Links, order: Integers) -> int:
     return 1
 
 
+@hot
 @compiled
 def divided(a: Reals, n: int, first: int, last: int, order: Integers) -> int:
-    """Replace a block on the diagonal by its factors; return 0 if it is singular, else 1."""
+    """Replace a block on the diagonal by its factors, with inverse pivots; return 0 if it is singular, else 1."""
     for k in range(first, last):
         p = pivot(a, n, k, last)
         if p < 0:
@@ -99,9 +102,9 @@ def divided(a: Reals, n: int, first: int, last: int, order: Integers) -> int:
         order[k] = p
         if p != k:
             exchange(a, n, k, p, k, last)
-        inverse = 1.0 / a[k * n + k]
+        a[k * n + k] = 1.0 / a[k * n + k]
         for i in range(k + 1, last):
-            a[i * n + k] *= inverse
+            a[i * n + k] *= a[k * n + k]
             take(a[i * n :], a[k * n :], a[i * n + k], k + 1, last)
     return 1
 
@@ -121,7 +124,7 @@ def eliminate(
     """Take the columns of a block from a row below it, by the rows of the block; keep the multiples in their place."""
     for k in range(first, last):
         above = block[(k - first) * n :]
-        part = row[k] / above[k]
+        part = row[k] * above[k]
         row[k] = part
         take(row, above, part, k + 1, last)
         for h in range(count):
@@ -134,20 +137,13 @@ def eliminate_six(
 ) -> None:
     """Do the same for a block of six: each number of the row is read and written once."""
     a, b, c, d, e, f = block, block[n:], block[2 * n :], block[3 * n :], block[4 * n :], block[5 * n :]
-    x, one, two, three, four, five = (
-        row[first:],
-        first + 1,
-        first + 2,
-        first + 3,
-        first + 4,
-        first + 5,
-    )
-    p = x[0] / a[first]
-    q = (x[1] - p * a[one]) / b[one]
-    r = (x[2] - p * a[two] - q * b[two]) / c[two]
-    s = (x[3] - p * a[three] - q * b[three] - r * c[three]) / d[three]
-    t = (x[4] - p * a[four] - q * b[four] - r * c[four] - s * d[four]) / e[four]
-    u = (x[5] - p * a[five] - q * b[five] - r * c[five] - s * d[five] - t * e[five]) / f[five]
+    x, A, B, C, D, E, F = row[first:], a[first:], b[first:], c[first:], d[first:], e[first:], f[first:]
+    p = x[0] * A[0]
+    q = (x[1] - p * A[1]) * B[1]
+    r = (x[2] - p * A[2] - q * B[2]) * C[2]
+    s = (x[3] - p * A[3] - q * B[3] - r * C[3]) * D[3]
+    t = (x[4] - p * A[4] - q * B[4] - r * C[4] - s * D[4]) * E[4]
+    u = (x[5] - p * A[5] - q * B[5] - r * C[5] - s * D[5] - t * E[5]) * F[5]
     x[0], x[1], x[2], x[3], x[4], x[5] = p, q, r, s, t, u
     if p != 0.0 or q != 0.0 or r != 0.0 or s != 0.0 or t != 0.0 or u != 0.0:
         for h in range(count):
@@ -155,20 +151,14 @@ def eliminate_six(
             y, A, B, C, D, E, F = row[j:], a[j:], b[j:], c[j:], d[j:], e[j:], f[j:]
             if starts[linked[h] + 1] - j == BODY:
                 y[0], y[1], y[2], y[3] = (
-                    three_taken(y[0], p, A[0], q, B[0], r, C[0])
-                    - three_added(0.0, s, D[0], t, E[0], u, F[0]),
-                    three_taken(y[1], p, A[1], q, B[1], r, C[1])
-                    - three_added(0.0, s, D[1], t, E[1], u, F[1]),
-                    three_taken(y[2], p, A[2], q, B[2], r, C[2])
-                    - three_added(0.0, s, D[2], t, E[2], u, F[2]),
-                    three_taken(y[3], p, A[3], q, B[3], r, C[3])
-                    - three_added(0.0, s, D[3], t, E[3], u, F[3]),
+                    three_taken(three_taken(y[0], p, A[0], q, B[0], r, C[0]), s, D[0], t, E[0], u, F[0]),
+                    three_taken(three_taken(y[1], p, A[1], q, B[1], r, C[1]), s, D[1], t, E[1], u, F[1]),
+                    three_taken(three_taken(y[2], p, A[2], q, B[2], r, C[2]), s, D[2], t, E[2], u, F[2]),
+                    three_taken(three_taken(y[3], p, A[3], q, B[3], r, C[3]), s, D[3], t, E[3], u, F[3]),
                 )
                 y[4], y[5] = (
-                    three_taken(y[4], p, A[4], q, B[4], r, C[4])
-                    - three_added(0.0, s, D[4], t, E[4], u, F[4]),
-                    three_taken(y[5], p, A[5], q, B[5], r, C[5])
-                    - three_added(0.0, s, D[5], t, E[5], u, F[5]),
+                    three_taken(three_taken(y[4], p, A[4], q, B[4], r, C[4]), s, D[4], t, E[4], u, F[4]),
+                    three_taken(three_taken(y[5], p, A[5], q, B[5], r, C[5]), s, D[5], t, E[5], u, F[5]),
                 )
             else:
                 for k in range(starts[linked[h] + 1] - j):
@@ -203,7 +193,7 @@ def substitute(a: Reals, blocks: Blocks, links: Links, order: Integers, x: Reals
             k = last - 1 - h
             for j in range(k + 1, last):
                 x[k] -= a[k * n + j] * x[j]
-            x[k] /= a[k * n + k]
+            x[k] *= a[k * n + k]
 
 
 @hot
