@@ -121,7 +121,7 @@ def nearest_edges(of: Families, a: Core, b: Core, patch: Patch, limit: float) ->
 def nearest_pair(of: Families, a: Core, b: Core, parallel: int, limit: float, patch: Patch) -> float:
     """Set the nearest points of the edges within a limit, of all or of the ``parallel`` ones; return their square.
 
-    Edges that are as far from each other along the normal as the nearest ones are passed.
+    Edges that are as far from each other along the normal, or a ground axis, as the nearest ones are passed.
     """
     n, slack = patch.normal, ALONG * patch.extent
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
@@ -143,6 +143,12 @@ def nearest_pair(of: Families, a: Core, b: Core, parallel: int, limit: float, pa
             if apart > 0.0 and apart * apart >= best:
                 continue
             r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
+            for k in range(3):  # along the ground axes, too
+                x = lesser(r[k], s[k]) - greater(p[k], q[k])
+                y = lesser(p[k], q[k]) - greater(r[k], s[k])
+                apart = greater(apart, greater(x, y) - slack)
+            if apart > 0.0 and apart * apart >= best:
+                continue
             if parallel == 0 or side_by_side(p, q, r, s) == 1:
                 square = segments(p, q, r, s, patch.trial)
                 if square < best:

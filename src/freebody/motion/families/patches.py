@@ -16,7 +16,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
 from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
 from .family_record import POSE, SOLID, Core, Families, Patch
 from .nearest import (
@@ -77,6 +77,7 @@ def keep_core(of: Families, core: Core, k: int) -> None:
         members.middles[k, j] = core.middle[j]
 
 
+@hot
 @compiled
 def take_core(of: Families, core: Core, k: int) -> None:
     """Set a core to that of a member in this search."""
@@ -137,10 +138,13 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     """
     one, other, n = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], patch.trial
     edges, edges_b = one[one[HEAD - 1] :], other[other[HEAD - 1] :]
-    best, top = patch.apart + ALONG * patch.extent, a.corners[3 * foremost(a, patch.normal, 1.0) :]
-    low = b.corners[3 * foremost(b, patch.normal, -1.0) :]
+    best, top, low = (
+        patch.apart + ALONG * patch.extent,
+        corner(a, foremost(a, patch.normal, 1.0)),
+        corner(b, foremost(b, patch.normal, -1.0)),
+    )
+    tail, high = corner(a, farthest(a, top)), corner(b, farthest(b, low))
     d_x, d_y, d_z = vector(a.middle, b.middle)
-    g_x, g_y, g_z = vector(top, low)
     for i in range(edges[1]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
         x, y, z = vector(p, q)
@@ -149,14 +153,15 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
             u, v, w = vector(r, s)
             n_x, n_y, n_z = cross(x, y, z, u, v, w)
             square = n_x * n_x + n_y * n_y + n_z * n_z
-            apart = n_x * g_x + n_y * g_y + n_z * g_z
             towards = n_x * d_x + n_y * d_y + n_z * d_z
             if towards < 0.0:
-                apart = -apart
+                n_x, n_y, n_z = -n_x, -n_y, -n_z
+            n[0], n[1], n[2] = n_x, n_y, n_z
+            apart = lesser(along(n, low), along(n, high)) - greater(along(n, top), along(n, tail))
             if beyond(apart, best, square) == 1 and square > PARALLEL * (x * x + y * y + z * z) * (
                 u * u + v * v + w * w
             ):
-                length = root(square) if towards >= 0.0 else -root(square)
+                length = root(square)
                 n[0], n[1], n[2] = n_x / length, n_y / length, n_z / length
                 height = along(n, top)
                 apart = least_beyond(b, n, height, best)
@@ -172,8 +177,26 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
 
 
 @inlined
+def corner(core: Core, v: int) -> Reals:
+    """Return the place of a corner."""
+    return core.corners[3 * v :]
+
+
+@compiled
+def farthest(core: Core, x: Reals) -> int:
+    """Return the corner that is farthest from a point."""
+    best, chosen = -1.0, 0
+    for v in range(core.count):
+        a, b, c = vector(x, core.corners[3 * v :])
+        square = a * a + b * b + c * c
+        if square > best:
+            best, chosen = square, v
+    return chosen
+
+
+@inlined
 def beyond(apart: float, best: float, square: float) -> int:
-    """Return 0 if apart/√square <= best, for two corners that thus show that a normal separates less; else 1."""
+    """Return 0 if apart/√square <= best, for corners that thus show that a normal separates less; else 1."""
     far = apart * apart - best * best * square
     return 1 if (apart > 0.0 and (best < 0.0 or far > 0.0)) or (best < 0.0 and far < 0.0) else 0
 
