@@ -30,7 +30,7 @@ from ...native.instructions import Reals, compiled, greater, inlined, lesser, ro
 from .block_rows import add, along
 from .cone import add_all, residual
 from .contact_problem import LINE, NORMAL, ContactProblem, Newton, Path
-from .elimination import factored, jacobian, substitute
+from .elimination import factored, jacobian, link, substitute
 
 INSIDE = 0.99
 """Part of the way to the boundary of a cone that a step takes."""
@@ -115,6 +115,7 @@ def begin(problem: ContactProblem, path: Path, start: float, bends: float) -> No
 def go_on(problem: ContactProblem, memory: Newton, goal: float, most: int) -> float:
     """Do up to ``most`` steps along the path, until the residual is at most ``goal``; return that of x."""
     path, size = memory.path, math.inf
+    link(problem, memory.links)
     for turn in range(most + 1):
         for a in range(problem.count):
             problem.x[a] = path.x[a]

@@ -30,7 +30,7 @@ from ...native.instructions import Integers, Reals, compiled, greater, hot, root
 from .block_rows import add, along, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
-from .elimination import factored, jacobian, substitute
+from .elimination import factored, jacobian, link, substitute
 
 DENSE = 48
 """Number of directions up to which Newton's method starts from zero without sweeps, whose order breaks symmetries: the
@@ -214,6 +214,7 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
     for a in range(problem.count):  # λ = P(y - r/ε)
         for k in range(problem.blocks.at[problem.rows[a]], problem.blocks.at[problem.rows[a] + 1]):
             memory.G[0][k] /= soft
+    link(problem, memory.links)
     jacobian(problem, memory.G[0], memory)
     memory.factored += 1
     memory.kept = soft
