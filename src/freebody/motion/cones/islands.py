@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ...native.instructions import Integers, compiled, greater, hot, inlined, lesser
+from ...native.instructions import compiled, greater, hot, lesser
 from ...native.records import Count, Record, Row, Rows, Whole, Wholes, record
 from .block_rows import join, root_of
 from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
+from .elimination import least_linked
 from .interior import begin, go_on, is_served
 from .newton import DRIFT, balance, reach, solve
 
@@ -200,9 +201,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
 def arrange(problem: ContactProblem, islands: Islands, island: int, rows: int) -> None:
     """Number the blocks of an island, which has some rows, in the order in which they are eliminated.
 
-    The next one is one that is linked with the fewest others. The dual method needs no order.
-
-    Source: W. F. Tinney, J. W. Walker, Proc. IEEE 55 (1967) 1801-1809.
+    The dual method needs none.
     """
     blocks, part, place, order, sequence = (
         problem.blocks,
@@ -213,7 +212,8 @@ def arrange(problem: ContactProblem, islands: Islands, island: int, rows: int) -
     )
     count = walk(problem, islands, island)
     if is_bare(part) == 0:
-        least_links(problem, islands, rows, count)
+        mark(problem, islands, rows, count)
+        least_linked(islands.newton.links, islands.degree, sequence, count)
         for k in range(count):
             sequence[k] = order[sequence[k]]
         for k in range(count):
@@ -224,46 +224,18 @@ def arrange(problem: ContactProblem, islands: Islands, island: int, rows: int) -
         part.blocks.starts[k + 1] = part.blocks.starts[k] + blocks.starts[b + 1] - blocks.starts[b]
 
 
-@hot
 @compiled
-def least_links(problem: ContactProblem, islands: Islands, rows: int, count: int) -> None:
-    """Set the sequence in which the blocks of an island, by their places, are eliminated with few links."""
-    blocks, linked, degree, sequence = (
-        problem.blocks,
-        islands.newton.links.blocks,
-        islands.degree,
-        islands.sequence,
-    )
+def mark(problem: ContactProblem, islands: Islands, rows: int, count: int) -> None:
+    """Mark the pairs of blocks of an island, by their places, that share a row."""
+    blocks, linked = problem.blocks, islands.newton.links.blocks
     for k in range(count * count):
         linked[k] = 0
-    for b in range(count):
-        degree[b] = 0
     for i in range(rows):
         r = problem.rows[islands.own[i]]
         for p in range(blocks.first[r], blocks.first[r + 1]):
-            for q in range(p + 1, blocks.first[r + 1]):
-                tie(linked, degree, count, islands.place[blocks.pieces[p]], islands.place[blocks.pieces[q]])
-    for k in range(count):
-        b = -1
-        for c in range(count):
-            if degree[c] >= 0 and (b < 0 or degree[c] < degree[b]):
-                b = c
-        sequence[k], degree[b] = b, -1
-        for c in range(count):
-            if linked[b * count + c] != 0 and degree[c] >= 0:
-                degree[c] -= 1
-                for d in range(c + 1, count):
-                    if linked[b * count + d] != 0 and degree[d] >= 0:
-                        tie(linked, degree, count, c, d)
-
-
-@inlined
-def tie(linked: Integers, degree: Integers, count: int, b: int, c: int) -> None:
-    """Link two blocks that are not."""
-    if linked[b * count + c] == 0:
-        linked[b * count + c] = linked[c * count + b] = 1
-        degree[b] += 1
-        degree[c] += 1
+            for q in range(blocks.first[r], p):
+                b, c = islands.place[blocks.pieces[p]], islands.place[blocks.pieces[q]]
+                linked[b * count + c] = linked[c * count + b] = 1
 
 
 @hot

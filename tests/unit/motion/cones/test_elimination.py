@@ -51,6 +51,21 @@ def test_a_block_leaves_links_between_its_neighbours():
     assert later(linked([(0, 4), (1, 4), (2, 3), (2, 4)], 5, 5), 5) == [[4], [4], [3, 4], [4], []]
 
 
+def test_a_tree_of_blocks_is_eliminated_from_its_leaves():
+    count, pairs = 9, [(0, b) for b in range(1, 6)] + [(5, 6), (6, 7), (6, 8)]
+    links, degree, sequence = (
+        Links.made(links=count * count, n=count),
+        *np.zeros((2, count), dtype=np.int64),
+    )
+    for b, c in pairs:
+        links.blocks[b * count + c] = links.blocks[c * count + b] = 1
+    code(ELIMINATION, "least_linked")(links, degree, sequence, count)
+    place = np.argsort(sequence)
+    assert sorted(sequence) == list(range(count))
+    left = linked([(place[b], place[c]) for b, c in pairs], count, count)
+    assert sum(map(len, later(left, count))) == len(pairs)
+
+
 def test_one_block_takes_pivots_from_its_rows_and_a_singular_one_is_told():
     a = np.array([[0.0, 2.0], [3.0, 1.0]])
     blocks = Blocks.made()
