@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot, inlined
-from .block_rows import BODY, block_add, block_product
+from ...native.instructions import Integers, Reals, compiled, hot, inlined, muladd
+from .block_rows import BODY, block_add, block_product, three_added, three_taken
 from .cone import joined
 from .contact_problem import Blocks, ContactProblem, Links, Newton
 
@@ -114,7 +114,7 @@ def take(row: Reals, above: Reals, part: float, begin: int, end: int) -> None:
     """Take a part of another row from one, in some columns."""
     if part != 0.0:
         for j in range(begin, end):
-            row[j] -= part * above[j]
+            row[j] = muladd(-part, above[j], row[j])
 
 
 @inlined
@@ -151,14 +151,14 @@ def eliminate_six(
             y, A, B, C, D, E, F = row[j:], a[j:], b[j:], c[j:], d[j:], e[j:], f[j:]
             if starts[linked[h] + 1] - j == BODY:
                 y[0], y[1], y[2], y[3] = (
-                    y[0] - ((p * A[0] + q * B[0]) + (r * C[0] + s * D[0]) + (t * E[0] + u * F[0])),
-                    y[1] - ((p * A[1] + q * B[1]) + (r * C[1] + s * D[1]) + (t * E[1] + u * F[1])),
-                    y[2] - ((p * A[2] + q * B[2]) + (r * C[2] + s * D[2]) + (t * E[2] + u * F[2])),
-                    y[3] - ((p * A[3] + q * B[3]) + (r * C[3] + s * D[3]) + (t * E[3] + u * F[3])),
+                    three_taken(three_taken(y[0], p, A[0], q, B[0], r, C[0]), s, D[0], t, E[0], u, F[0]),
+                    three_taken(three_taken(y[1], p, A[1], q, B[1], r, C[1]), s, D[1], t, E[1], u, F[1]),
+                    three_taken(three_taken(y[2], p, A[2], q, B[2], r, C[2]), s, D[2], t, E[2], u, F[2]),
+                    three_taken(three_taken(y[3], p, A[3], q, B[3], r, C[3]), s, D[3], t, E[3], u, F[3]),
                 )
                 y[4], y[5] = (
-                    y[4] - ((p * A[4] + q * B[4]) + (r * C[4] + s * D[4]) + (t * E[4] + u * F[4])),
-                    y[5] - ((p * A[5] + q * B[5]) + (r * C[5] + s * D[5]) + (t * E[5] + u * F[5])),
+                    three_taken(three_taken(y[4], p, A[4], q, B[4], r, C[4]), s, D[4], t, E[4], u, F[4]),
+                    three_taken(three_taken(y[5], p, A[5], q, B[5], r, C[5]), s, D[5], t, E[5], u, F[5]),
                 )
             else:
                 for k in range(starts[linked[h] + 1] - j):
@@ -341,12 +341,15 @@ def square_add(J: Reals, n: int, x: Reals, c: Reals, step: int, height: int, siz
         for k in range(height):  # c, d and e stay in registers
             p, q, r, row = x[k], y[k], z[k], J[k * n :]
             row[0], row[1], row[2], row[3] = (
-                row[0] + p * c_0 + q * d_0 + r * e_0,
-                row[1] + p * c_1 + q * d_1 + r * e_1,
-                row[2] + p * c_2 + q * d_2 + r * e_2,
-                row[3] + p * c_3 + q * d_3 + r * e_3,
+                three_added(row[0], p, c_0, q, d_0, r, e_0),
+                three_added(row[1], p, c_1, q, d_1, r, e_1),
+                three_added(row[2], p, c_2, q, d_2, r, e_2),
+                three_added(row[3], p, c_3, q, d_3, r, e_3),
             )
-            row[4], row[5] = row[4] + p * c_4 + q * d_4 + r * e_4, row[5] + p * c_5 + q * d_5 + r * e_5
+            row[4], row[5] = (
+                three_added(row[4], p, c_4, q, d_4, r, e_4),
+                three_added(row[5], p, c_5, q, d_5, r, e_5),
+            )
     else:
         for k in range(height):
             for j in range(size):
