@@ -106,7 +106,7 @@ class DenseProblem:
         blocks.n, blocks.count, blocks.starts = n, 1, np.array([0, n], dtype=np.int64)
         blocks.pieces, blocks.first, blocks.at = np.zeros(m + 1, dtype=np.int64), rows, n * rows
         problem.rows[:m] = rows[:m]
-        memory = Newton.made(most=max(m, 1), n=n)
+        memory = Newton.made(most=max(m, 1), n=n, links=1)
         steps = code("solve")(problem, memory, GOAL)
         return problem.x[:m].copy(), float(memory.residual), int(steps)
 

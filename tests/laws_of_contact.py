@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import freebody as fb
+from freebody.motion.start.initial import number
 from freebody.motion.trajectory.trajectory import Trajectory
 
 DEPTH = 1e-9
@@ -72,13 +73,14 @@ def violations(motion: Any, kinetic: Any) -> list[str]:
     for described in motion.kernels.model.contacts:
         one = contacts[described.name]
         N, T = one.least[:, 0], one.least[:, 1:]
+        pull = number(motion.kernels.model, motion.numbers, described.adhesion, "an adhesion")
         slip = one.slip.reshape(T.shape)
         opened, sticks = one.mode == "open", one.mode == "stick"
         loose = np.isnan(one.normal) | np.isnan(one.tangential.reshape(T.shape)).any(axis=1)
         slides = ~opened & ~sticks & (np.linalg.norm(slip, axis=1) > DIRECTED)
         touches = not (described.compliant or described.loaded or described.held)
         found = {
-            "pulls": np.where(loose, 0, -N) - small,
+            "pulls": np.where(loose, 0, -N - pull) - small,
             "has forces while open": np.where(opened, np.abs(one.least).max(axis=1), 0) - small,
             "sticks beyond its cone": np.where(sticks & ~loose, -one.least_margin, 0) - small,
             "slips while it sticks": np.where(sticks, np.abs(slip).max(axis=1, initial=0), 0) - DEPTH,

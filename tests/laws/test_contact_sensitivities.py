@@ -450,3 +450,38 @@ def test_a_pull_that_grows_takes_a_ball_off_where_its_adhesion_ends():
         s, start, _ = sticky_ball(False)
         motion = fb.simulate(s, 0.04, initial=start, values={"pull": 20 + k / 1000}, samples=2)
         assert motion.contacts["floor"].mode[-1] == "open"
+
+
+def test_what_rests_on_another_island_takes_no_part_in_an_impact():
+    """A block slides, x = v t - μ g t²/2, while a ball bounces beside it."""
+    s = fb.System("block and ball")
+    h, v, mu, e, g = s.parameters(h=0.2, v=1.0, mu=0.2, e=0.5, g=9.81)
+    s.gravity = (0, -g, 0)
+    block, ball = s.body("block", fb.particle(2)), s.body("ball", fb.particle(1))
+    s.chain("flat", s.ground, block, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.slider("rail", s.ground, ball, axis="y", coordinate="z")
+    s.contact("floor", block.origin, s.ground.plane(normal="y"), friction=mu)
+    s.contact("bounce", ball.origin, s.ground.plane(normal="y"), restitution=e)
+    motion = fb.simulate(s, 0.4, initial={"z": "h", "x'": "v"}, sensitivities=["h", "mu", "e"], samples=2)
+    drop = (2 * 0.2 / 9.81) ** 0.5
+    speed, left = 9.81 * drop, 0.4 - drop  # z = e g T (t - T) - g (t - T)²/2, T = √(2h/g)
+    by_drop = 0.5 * 9.81 * (left - drop) + 9.81 * left
+    assert motion.sensitivity["z", "e"][-1] == pytest.approx(speed * left, rel=1e-10)
+    assert motion.sensitivity["z", "h"][-1] == pytest.approx(by_drop / speed, rel=1e-10)
+    assert motion.sensitivity["x", "mu"][-1] == pytest.approx(-9.81 * 0.4**2 / 2, rel=1e-10)
+    assert abs(motion.sensitivity["x", "h"][-1]) < 1e-12
+
+
+def test_a_corner_at_rest_beside_an_impact_by_poissons_law_presses_and_stays():
+    """Without friction it presses with e Λ_C and has no speed: both laws of the expansion give the same derivatives."""
+    s = fb.System("box")
+    _, g = s.parameters(e=0.5, g=9.81)
+    s.gravity = (0, -g, 0)
+    box = s.body("box", fb.box(1, (0.4, 0.2, 0.2)))
+    s.planar("f", s.ground, box, coordinate="x y phi")
+    feet = box.corners((-0.2, -0.1, 0), (0.2, -0.1, 0))
+    s.contact("foot", feet, s.ground.plane(normal="y"), restitution="e", impact="poisson")
+    lean = 0.1
+    height = 0.2 * np.sin(lean) + 0.1 * np.cos(lean)
+    motion = check_differences(s, 0.2, ["e", "g"], {"phi": lean, "y": height, "x'": 0.3})
+    assert "foot_2: impact" in str(motion.events) or "foot_1: impact" in str(motion.events)

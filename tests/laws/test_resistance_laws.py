@@ -105,3 +105,46 @@ def test_laws_hold_at_every_moment(seed):
 @pytest.mark.parametrize("seed", range(4, 84))
 def test_laws_hold_in_all_scenes(seed):
     check(seed)
+
+
+def test_resistance_ends_with_an_adhesive_contact_that_is_pulled_off():
+    """The force 20 t lifts a wheel of weight 9.81 N that adheres with 4 N at t = 0.6905 s; then it turns freely."""
+    s = fb.System("sticky wheel")
+    s.gravity = (0, -G, 0)
+    body = s.body("wheel", fb.disk(1, 0.1))
+    s.planar("f", s.ground, body, coordinate="x y turn")
+    s.contact("c", body.circle(0.1), s.ground.plane(), friction=0.3, adhesion=4, rolling=0.002)
+    s.force("F", body.origin, (0, "20*t", 0))
+    motion = fb.simulate(s, 1, initial={"y": 0.1, "x'": 1, "turn'": -10})
+    lifted = (G + 4) / 20
+    for name in ("c", "c_rolling"):
+        change = motion.modes.of(name)[-1]
+        assert change.mode == "open" and change.start == pytest.approx(lifted, rel=1e-12)
+    after = motion.t > lifted
+    # the wheel rolls, 3/2 m R^2 turn'' = δ (N + A), with N + A = m g + A - 20 t
+    slowed = 0.002 * ((G + 4) * lifted - 10 * lifted**2) / (1.5 * 0.1**2)
+    assert motion["turn'"][after] == pytest.approx(slowed - 10, rel=1e-9)
+    assert motion["c_rolling.gap"] == pytest.approx(motion["c.gap"])
+    assert abs(motion.energy.residual).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["contact", "family"])
+def test_what_adheres_resists_rolling_by_both_methods(kind):
+    """A wheel that rolls to the left, m = 1 kg, with N + A = 13.81 N: M = δ (N + A), and its margin is 0."""
+    s = fb.System("sticky wheel")
+    s.gravity = (0, -G, 0)
+    body = s.body("wheel", fb.disk(1, 0.1))
+    s.planar("f", s.ground, body, coordinate="x y turn")
+    laws = {"friction": 0.3, "adhesion": 4, "rolling": 0.002}
+    if kind == "contact":
+        s.contact("c", body.circle(0.1), s.ground.plane(), **laws)
+        names = ("c", "c_rolling")
+    else:
+        s.contacts("c", [body.sphere(0.1), s.ground.plane()], **laws)
+        names = ("c[wheel,ground]", "c[wheel,ground]_rolling")
+    for options in {}, {"method": "timestepping", "step": 1e-3}:
+        motion = fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 1, "turn'": -10}, **options)
+        contact, rolling = (motion.contacts[name] for name in names)
+        assert contact.normal[-1] == pytest.approx(G) and rolling.normal[-1] == pytest.approx(G + 4)
+        assert np.max(np.abs(rolling.tangential[-1])) == pytest.approx(0.002 * (G + 4))
+        assert abs(rolling.margin[-1]) < 1e-12 < contact.margin[-1]

@@ -327,8 +327,10 @@ def test_friction_that_wedges_capsules_needs_few_events():
     motion = fb.simulate(s, 0.21, initial=start)
     held = [one for one in motion.events if 0.2 < one.time < 0.21]
     assert 0 < len(held) < 100  # 8,566 if contacts that press part by round-off of each step
-    assert motion.energy.relative_residual < 1e-8
-    assert violations(sampled(motion, moments(motion, 100)), {}) == []
+    # inside a straight step the energy is off by its square
+    curved = sampled(motion, moments(motion, 100))
+    assert curved.energy.relative_residual < 1e-8
+    assert violations(curved, {}) == []
 
 
 def test_a_ball_falls_on_a_capsule_on_a_floor_by_events():

@@ -17,17 +17,15 @@ from space_machines import KINDS, machine
 JAMS = {("quadruped", 2)}
 """Feet that slide and jam: Painlevé's paradox. No set of feet that press has a motion."""
 OPEN = {
-    ("cart", 22),  # a wheel at its limit of friction for 8e-10 s as it falls flat
-    ("gripper", 23), ("gripper", 26), ("gripper", 27),  # boxes that rock between fingers
-    # feet stick and slip in turn near a jam: no motion is found with feet at rest, and one sticks beyond its cone
+    ("gripper", 23), ("gripper", 26),  # boxes that rock between fingers
+    # feet stick and slip in turn near a jam: steps of the speeds of 1 µs follow each other for minutes; no motion is
+    # found with feet at rest
     ("quadruped", 1), ("quadruped", 6),
-    # a slip of 1e-12 m/s turns within 10 ns: forces read between the steps of that turn are wrong, those at them right
-    ("quadruped", 10),
 }  # fmt: skip
 """Machines whose motions are wrong, refused for no reason of physics, or take minutes."""
 
 
-SLOW = (("pendulums", 115), ("pendulums", 155), ("quadruped", 122))
+SLOW = (("pendulums", 115), ("pendulums", 155), ("quadruped", 122), ("quadruped", 175))
 """More machines that were refused, crept or broke a law."""
 
 
@@ -69,6 +67,10 @@ def obeys(kind, seed):
     ]
     # contacts that press in steps of the speeds, and were left open by them
     + [("gripper", 18)]
+    # states between implicit steps had a second solution, in which a foot pulls
+    + [("quadruped", 10), ("quadruped", 131)]
+    # shares that pull once slips have directions
+    + [("gripper", 27)]
     + [pytest.param(*one, marks=pytest.mark.slow) for one in SLOW],
 )
 def test_machines_obey_the_laws_of_contact(kind, seed):
@@ -272,9 +274,7 @@ def test_motions_lead_into_jams(kind, seed, monkeypatch):
     assert why == "jam" and len(motion.events) > 0 and violated(motion, m.kinetic) == []
 
 
-@pytest.mark.parametrize(
-    ("seed", "least"), [(150, 10), (152, 10), (168, 5), pytest.param(114, 10, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("seed", "least"), [(150, 10), (152, 10), (168, 5)])
 def test_machines_near_jams_go_on_or_jam(seed, least, monkeypatch):
     """Near a jam the direction of a slip that begins or turns is unstable: round-off decides whether it is reached."""
     m, motion, _ = refused("quadruped", seed, monkeypatch)

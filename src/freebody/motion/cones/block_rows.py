@@ -5,7 +5,7 @@ An island is a set of blocks that rows join; no row of another island has speeds
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, hot, inlined
+from ...native.instructions import Integers, Reals, compiled, hot, inlined, muladd
 from .contact_problem import Blocks
 
 BODY = 6
@@ -53,7 +53,9 @@ def block_product(w: Reals, x: Reals, n: int) -> float:
     """Return w · x over the speeds of a block."""
     total = 0.0
     if n == BODY:
-        total = (w[0] * x[0] + w[2] * x[2] + w[4] * x[4]) + (w[1] * x[1] + w[3] * x[3] + w[5] * x[5])
+        total = muladd(w[4], x[4], muladd(w[2], x[2], w[0] * x[0])) + muladd(
+            w[5], x[5], muladd(w[3], x[3], w[1] * x[1])
+        )
     else:
         for i in range(n):
             total += w[i] * x[i]
@@ -64,8 +66,13 @@ def block_product(w: Reals, x: Reals, n: int) -> float:
 def block_add(y: Reals, x: float, c: Reals, n: int) -> None:
     """Add x c to y over the speeds of a block."""
     if n == BODY:
-        y[0], y[1], y[2], y[3] = y[0] + x * c[0], y[1] + x * c[1], y[2] + x * c[2], y[3] + x * c[3]
-        y[4], y[5] = y[4] + x * c[4], y[5] + x * c[5]
+        y[0], y[1], y[2], y[3] = (
+            muladd(x, c[0], y[0]),
+            muladd(x, c[1], y[1]),
+            muladd(x, c[2], y[2]),
+            muladd(x, c[3], y[3]),
+        )
+        y[4], y[5] = muladd(x, c[4], y[4]), muladd(x, c[5], y[5])
     else:
         for i in range(n):
             y[i] += x * c[i]
@@ -130,16 +137,31 @@ def add_three(blocks: Blocks, r: int, X: Reals, x: Reals, v: Reals) -> None:
         y, d, e, f = v[first:], X[k:], X[k + step :], X[k + 2 * step :]
         if n == BODY:
             y[0], y[1], y[2], y[3] = (
-                y[0] + a * d[0] + b * e[0] + c * f[0],
-                y[1] + a * d[1] + b * e[1] + c * f[1],
-                y[2] + a * d[2] + b * e[2] + c * f[2],
-                y[3] + a * d[3] + b * e[3] + c * f[3],
+                three_added(y[0], a, d[0], b, e[0], c, f[0]),
+                three_added(y[1], a, d[1], b, e[1], c, f[1]),
+                three_added(y[2], a, d[2], b, e[2], c, f[2]),
+                three_added(y[3], a, d[3], b, e[3], c, f[3]),
             )
-            y[4], y[5] = y[4] + a * d[4] + b * e[4] + c * f[4], y[5] + a * d[5] + b * e[5] + c * f[5]
+            y[4], y[5] = (
+                three_added(y[4], a, d[4], b, e[4], c, f[4]),
+                three_added(y[5], a, d[5], b, e[5], c, f[5]),
+            )
         else:
             for i in range(n):
                 y[i] += a * d[i] + b * e[i] + c * f[i]
         k += n
+
+
+@inlined
+def three_added(y: float, a: float, d: float, b: float, e: float, c: float, f: float) -> float:
+    """Return y + a d + b e + c f."""
+    return muladd(c, f, muladd(b, e, muladd(a, d, y)))
+
+
+@inlined
+def three_taken(y: float, a: float, d: float, b: float, e: float, c: float, f: float) -> float:
+    """Return y - a d - b e - c f."""
+    return muladd(-c, f, muladd(-b, e, muladd(-a, d, y)))
 
 
 @hot

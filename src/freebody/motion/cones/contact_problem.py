@@ -141,6 +141,18 @@ class Path(Record):
 
 
 @record
+class Links(Record):
+    """Blocks that are linked in a matrix of blocks (`elimination.link`).
+
+    ``blocks``    a row of as many numbers as there are blocks for each of them: later blocks, in ascending order
+    ``later``     number of these
+    """
+
+    blocks: Annotated[Wholes, "links"]
+    later: Annotated[Wholes, "n"]
+
+
+@record
 class Newton(Record):
     """Memory of `newton`.
 
@@ -151,7 +163,7 @@ class Newton(Record):
     ``path``                     of the interior point method
     ``G``, ``J``, ``step``       -∂λ/∂r H, stored as the rows of H; F' or its factors; the step
     ``kept``, ``factored``       compliance of the factors, 0 without any; number of factorizations
-    ``ends``, ``order``          end of each block of F' (`elimination.factored`), and its row exchanges
+    ``links``, ``order``         links of the blocks of F', and its row exchanges (`elimination.factored`)
     """
 
     residual: Real
@@ -170,7 +182,7 @@ class Newton(Record):
     J: Annotated[Rows, "n", "n"]
     kept: Real
     factored: Whole
-    ends: Annotated[Wholes, "n"]
+    links: Links
     order: Annotated[Wholes, "n"]
 
 

@@ -99,7 +99,7 @@ class Contacts(Record):
 def contacts_room(k: int, rows: int) -> Contacts:
     """Return memory for up to ``k`` contacts with up to so many rows."""
     most = max(rows, 1)
-    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
+    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1, links=1)
     it.problem.W, it.problem.X = it.H, it.C
     it.presser[:] = -1
     blocks = it.problem.blocks

@@ -21,7 +21,7 @@ import math
 from ...native.instructions import compiled, greater, lesser
 from .cone import add_all, along_all, combine, law_slopes, residual
 from .contact_problem import ContactProblem, Newton
-from .elimination import factored, jacobian, substitute
+from .elimination import factored, jacobian, link, substitute
 
 LOOSE, LOOSEST = 1e-8, 0.1
 """Limits of δ, which is the residual: a step leaves about this part of an error."""
@@ -41,6 +41,7 @@ def descend(
     It ends at the goal, and where steps are slow at a residual up to ``close``.
     """
     m, least, last, turn = problem.count, math.inf, math.inf, 0
+    link(problem, memory.links)
     while True:
         add_all(problem)
         size = residual(problem)
@@ -67,13 +68,13 @@ def step(problem: ContactProblem, memory: Newton, loose: float) -> int:
     blocks, dv, g, G = problem.blocks, memory.step, memory.moved, memory.G[0]
     law_slopes(problem, loose, g, G)
     jacobian(problem, G, memory)
-    if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
+    if factored(memory.J[0], blocks, memory.links, memory.order) == 0:
         return 0
     memory.factored += 1
     combine(problem, g, dv)
     for k in range(blocks.n):
         dv[k] = -dv[k]
-    substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    substitute(memory.J[0], blocks, memory.links, memory.order, dv)
     along_all(problem, G, dv, problem.r)
     for a in range(problem.count):
         problem.x[a] -= g[a] + problem.r[a]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot, inlined, lesser, root
+from ...native.instructions import Integers, Reals, compiled, hot, inlined, lesser, muladd, root
 from .block_rows import add, along, block_product, dot, wipe
 from .cone import add_all, rate, residual
 from .contact_problem import DEPENDENT, NORMAL, Blocks, ContactProblem, Dense
@@ -110,7 +110,7 @@ def shut(problem: ContactProblem, dense: Dense, n: int) -> int:
         row = U[i * m :]
         d[i] /= row[i]
         for k in range(i + 1, n):
-            d[k] -= d[i] * row[k]
+            d[k] = muladd(-d[i], row[k], d[k])
     back(dense, m, n)
     for i in range(n):
         pulls += 1 if d[i] < 0.0 else 0
@@ -149,7 +149,7 @@ def beside(problem: ContactProblem, dense: Dense, p: int, n: int) -> float:
         part = d[i] / row[i]
         if part != 0.0:
             for k in range(i + 1, n):
-                d[k] -= part * row[k]
+                d[k] = muladd(-part, row[k], d[k])
         d[i], row[n] = part, part
         rest -= part * part
     return rest

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, hot, inlined
-from .block_rows import BODY, block_add, block_product, dot
+from ...native.instructions import Integers, Reals, compiled, hot, inlined, muladd
+from .block_rows import BODY, block_add, block_product, three_added, three_taken
 from .cone import joined
-from .contact_problem import Blocks, ContactProblem, Newton
+from .contact_problem import Blocks, ContactProblem, Links, Newton
 
 
 @compiled
@@ -21,9 +21,9 @@ def pivot(a: Reals, n: int, k: int, end: int) -> int:
 
 
 @compiled
-def exchange(a: Reals, n: int, k: int, p: int, end: int) -> None:
-    """Exchange rows k and p, from column k to column ``end`` - 1."""
-    for j in range(k, end):
+def exchange(a: Reals, n: int, k: int, p: int, begin: int, end: int) -> None:
+    """Exchange rows k and p, from column ``begin`` to column ``end`` - 1."""
+    for j in range(begin, end):
         kept = a[k * n + j]
         a[k * n + j] = a[p * n + j]
         a[p * n + j] = kept
@@ -37,7 +37,7 @@ def solved(a: Reals, n: int, b: Reals) -> int:
         if p < 0:
             return 0
         if p != k:
-            exchange(a, n, k, p, n)
+            exchange(a, n, k, p, k, n)
             exchanged = b[k]
             b[k] = b[p]
             b[p] = exchanged
@@ -56,84 +56,122 @@ def solved(a: Reals, n: int, b: Reals) -> int:
 
 @hot
 @compiled
-def factored(a: Reals, blocks: Blocks, ends: Integers, order: Integers) -> int:
+def factored(a: Reals, blocks: Blocks, links: Links, order: Integers) -> int:
     """Replace a by factors of it, with row exchanges inside blocks; return 0 if it is singular, else 1.
 
-    Row and column k of a block b have no entries between them and ``ends[b]`` onwards, before and after elimination.
+    Rows and columns of a block have entries in it and in the blocks that are linked with it, before and after
+    elimination (`fill_in`).
     """
-    n = blocks.n
+    n, starts = blocks.n, blocks.starts
     for b in range(blocks.count):
-        first, last, end = blocks.starts[b], blocks.starts[b + 1], ends[b]
-        for k in range(first, last):
-            p = pivot(a, n, k, last)
-            if p < 0:
-                return 0
-            order[k] = p
-            if p != k:
-                exchange(a, n, k, p, end)
-            inverse, above = 1.0 / a[k * n + k], a[k * n :]
-            for i in range(k + 1, last):
-                part, row = a[i * n + k] * inverse, a[i * n :]
-                row[k] = part
-                if part != 0.0:
-                    for j in range(k + 1, end):
-                        row[j] -= part * above[j]
-        if last - first == BODY:
-            eliminate_six(a[first * n :], n, first, end)
-        else:
-            for i in range(last, end):
-                eliminate(a[i * n :], a[first * n :], n, first, last, end)
+        first, last, linked, count = (
+            starts[b],
+            starts[b + 1],
+            links.blocks[b * blocks.count :],
+            links.later[b],
+        )
+        if divided(a, n, first, last, order) == 0:
+            return 0
+        for h in range(count):
+            c = linked[h]
+            for k in range(first, last):
+                above = a[k * n :]
+                if order[k] != k:
+                    exchange(a, n, k, order[k], starts[c], starts[c + 1])
+                for i in range(k + 1, last):
+                    block_add(
+                        a[i * n + starts[c] :], -a[i * n + k], above[starts[c] :], starts[c + 1] - starts[c]
+                    )
+        for h in range(count):
+            for i in range(starts[linked[h]], starts[linked[h] + 1]):
+                if last - first == BODY:
+                    eliminate_six(a[i * n :], a[first * n :], n, first, starts, linked, count)
+                else:
+                    eliminate(a[i * n :], a[first * n :], n, first, last, starts, linked, count)
     return 1
-
-
-@inlined
-def eliminate(row: Reals, block: Reals, n: int, first: int, last: int, end: int) -> None:
-    """Take the columns of a block from a row below it, by the rows of the block; keep the multiples in their place."""
-    for k in range(first, last):
-        above = block[(k - first) * n :]
-        part = row[k] / above[k]
-        row[k] = part
-        if part != 0.0:
-            for j in range(k + 1, end):
-                row[j] -= part * above[j]
-
-
-@inlined
-def eliminate_six(block: Reals, n: int, first: int, end: int) -> None:
-    """Do the same for all rows below a block of six: each number of a row is read and written once."""
-    a, b, c, d, e, f = (
-        block[first:],
-        block[n + first :],
-        block[2 * n + first :],
-        block[3 * n + first :],
-        block[4 * n + first :],
-        block[5 * n + first :],
-    )
-    a_0, b_1, c_2, d_3, e_4, f_5 = 1.0 / a[0], 1.0 / b[1], 1.0 / c[2], 1.0 / d[3], 1.0 / e[4], 1.0 / f[5]
-    a_1, a_2, a_3, a_4, a_5 = a[1], a[2], a[3], a[4], a[5]
-    b_2, b_3, b_4, b_5, c_3, c_4, c_5 = b[2], b[3], b[4], b[5], c[3], c[4], c[5]
-    d_4, d_5, e_5 = d[4], d[5], e[5]
-    for i in range(BODY, end - first):
-        row = block[i * n + first :]
-        p = row[0] * a_0
-        q = (row[1] - p * a_1) * b_1
-        r = (row[2] - p * a_2 - q * b_2) * c_2
-        s = (row[3] - p * a_3 - q * b_3 - r * c_3) * d_3
-        t = (row[4] - p * a_4 - q * b_4 - r * c_4 - s * d_4) * e_4
-        u = (row[5] - p * a_5 - q * b_5 - r * c_5 - s * d_5 - t * e_5) * f_5
-        row[0], row[1], row[2], row[3], row[4], row[5] = p, q, r, s, t, u
-        if p != 0.0 or q != 0.0 or r != 0.0 or s != 0.0 or t != 0.0 or u != 0.0:
-            for j in range(BODY, end - first):
-                row[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j]) + (t * e[j] + u * f[j])
 
 
 @hot
 @compiled
-def substitute(a: Reals, blocks: Blocks, ends: Integers, order: Integers, x: Reals) -> None:
+def divided(a: Reals, n: int, first: int, last: int, order: Integers) -> int:
+    """Replace a block on the diagonal by its factors, with inverse pivots; return 0 if it is singular, else 1."""
+    for k in range(first, last):
+        p = pivot(a, n, k, last)
+        if p < 0:
+            return 0
+        order[k] = p
+        if p != k:
+            exchange(a, n, k, p, k, last)
+        a[k * n + k] = 1.0 / a[k * n + k]
+        for i in range(k + 1, last):
+            a[i * n + k] *= a[k * n + k]
+            take(a[i * n :], a[k * n :], a[i * n + k], k + 1, last)
+    return 1
+
+
+@inlined
+def take(row: Reals, above: Reals, part: float, begin: int, end: int) -> None:
+    """Take a part of another row from one, in some columns."""
+    if part != 0.0:
+        for j in range(begin, end):
+            row[j] = muladd(-part, above[j], row[j])
+
+
+@inlined
+def eliminate(
+    row: Reals, block: Reals, n: int, first: int, last: int, starts: Integers, linked: Integers, count: int
+) -> None:
+    """Take the columns of a block from a row below it, by the rows of the block; keep the multiples in their place."""
+    for k in range(first, last):
+        above = block[(k - first) * n :]
+        part = row[k] * above[k]
+        row[k] = part
+        take(row, above, part, k + 1, last)
+        for h in range(count):
+            take(row, above, part, starts[linked[h]], starts[linked[h] + 1])
+
+
+@inlined
+def eliminate_six(
+    row: Reals, block: Reals, n: int, first: int, starts: Integers, linked: Integers, count: int
+) -> None:
+    """Do the same for a block of six: each number of the row is read and written once."""
+    a, b, c, d, e, f = block, block[n:], block[2 * n :], block[3 * n :], block[4 * n :], block[5 * n :]
+    x, A, B, C, D, E, F = row[first:], a[first:], b[first:], c[first:], d[first:], e[first:], f[first:]
+    p = x[0] * A[0]
+    q = (x[1] - p * A[1]) * B[1]
+    r = (x[2] - p * A[2] - q * B[2]) * C[2]
+    s = (x[3] - p * A[3] - q * B[3] - r * C[3]) * D[3]
+    t = (x[4] - p * A[4] - q * B[4] - r * C[4] - s * D[4]) * E[4]
+    u = (x[5] - p * A[5] - q * B[5] - r * C[5] - s * D[5] - t * E[5]) * F[5]
+    x[0], x[1], x[2], x[3], x[4], x[5] = p, q, r, s, t, u
+    if p != 0.0 or q != 0.0 or r != 0.0 or s != 0.0 or t != 0.0 or u != 0.0:
+        for h in range(count):
+            j = starts[linked[h]]
+            y, A, B, C, D, E, F = row[j:], a[j:], b[j:], c[j:], d[j:], e[j:], f[j:]
+            if starts[linked[h] + 1] - j == BODY:
+                y[0], y[1], y[2], y[3] = (
+                    three_taken(three_taken(y[0], p, A[0], q, B[0], r, C[0]), s, D[0], t, E[0], u, F[0]),
+                    three_taken(three_taken(y[1], p, A[1], q, B[1], r, C[1]), s, D[1], t, E[1], u, F[1]),
+                    three_taken(three_taken(y[2], p, A[2], q, B[2], r, C[2]), s, D[2], t, E[2], u, F[2]),
+                    three_taken(three_taken(y[3], p, A[3], q, B[3], r, C[3]), s, D[3], t, E[3], u, F[3]),
+                )
+                y[4], y[5] = (
+                    three_taken(three_taken(y[4], p, A[4], q, B[4], r, C[4]), s, D[4], t, E[4], u, F[4]),
+                    three_taken(three_taken(y[5], p, A[5], q, B[5], r, C[5]), s, D[5], t, E[5], u, F[5]),
+                )
+            else:
+                for k in range(starts[linked[h] + 1] - j):
+                    y[k] -= (p * A[k] + q * B[k]) + (r * C[k] + s * D[k]) + (t * E[k] + u * F[k])
+
+
+@hot
+@compiled
+def substitute(a: Reals, blocks: Blocks, links: Links, order: Integers, x: Reals) -> None:
     """Replace x by the solution of the equations with this right side, by the factors that `factored` left."""
-    n = blocks.n
+    n, starts = blocks.n, blocks.starts
     for b in range(blocks.count):
-        first, last = blocks.starts[b], blocks.starts[b + 1]
+        first, last, linked = starts[b], starts[b + 1], links.blocks[b * blocks.count :]
         for k in range(first, last):
             p = order[k]
             exchanged = x[p]
@@ -141,45 +179,128 @@ def substitute(a: Reals, blocks: Blocks, ends: Integers, order: Integers, x: Rea
             x[k] = exchanged
             for i in range(k + 1, last):
                 x[i] -= a[i * n + k] * exchanged
-        for i in range(last, ends[b]):
-            x[i] -= block_product(a[i * n + first :], x[first:], last - first)
-    for c in range(blocks.count):
-        b = blocks.count - 1 - c
-        for h in range(blocks.starts[b + 1] - blocks.starts[b]):
-            k = blocks.starts[b + 1] - 1 - h
-            row = a[k * n :]
-            x[k] = (x[k] - dot(row[k + 1 :], x[k + 1 :], ends[b] - 1 - k)) / row[k]
+        for h in range(links.later[b]):
+            for i in range(starts[linked[h]], starts[linked[h] + 1]):
+                x[i] -= block_product(a[i * n + first :], x[first:], last - first)
+    for g in range(blocks.count):
+        b = blocks.count - 1 - g
+        first, last, linked = starts[b], starts[b + 1], links.blocks[b * blocks.count :]
+        for h in range(links.later[b]):
+            c = starts[linked[h]]
+            for k in range(first, last):
+                x[k] -= block_product(a[k * n + c :], x[c:], starts[linked[h] + 1] - c)
+        for h in range(last - first):
+            k = last - 1 - h
+            for j in range(k + 1, last):
+                x[k] -= a[k * n + j] * x[j]
+            x[k] *= a[k * n + k]
 
 
 @hot
 @compiled
 def jacobian(problem: ContactProblem, G: Reals, memory: Newton) -> None:
-    """Set J to 1 + Cᵀ G, G stored as the rows of the problem, and the ends of its blocks."""
-    blocks, n, J, ends, far = problem.blocks, problem.blocks.n, memory.J[0], memory.ends, 0
+    """Set J to 1 + Cᵀ G, G stored as the rows of the problem, whose links are known (`link`)."""
+    blocks, n, J, links, starts = (
+        problem.blocks,
+        problem.blocks.n,
+        memory.J[0],
+        memory.links,
+        problem.blocks.starts,
+    )
     for b in range(blocks.count):
-        ends[b] = blocks.starts[b + 1]
-    for a in range(problem.count):
-        r = problem.rows[a]
-        for p in range(blocks.first[r], blocks.first[r + 1]):
-            for q in range(blocks.first[r], blocks.first[r + 1]):
-                one, end = blocks.pieces[p], blocks.starts[blocks.pieces[q] + 1]
-                if end > ends[one]:
-                    ends[one] = end
-    for b in range(blocks.count):
-        if b > 0 and ends[b - 1] > ends[b]:
-            ends[b] = ends[b - 1]
-        while ends[far] <= blocks.starts[b]:
-            far += 1
-        for k in range(blocks.starts[b], blocks.starts[b + 1]):
-            row = J[k * n :]
-            for j in range(blocks.starts[far], ends[b]):
-                row[j] = 0.0
-            row[k] = 1.0
+        linked = links.blocks[b * blocks.count :]
+        empty(J, n, starts[b], starts[b + 1], starts[b], starts[b + 1])
+        for h in range(links.later[b]):
+            c = linked[h]
+            empty(J, n, starts[b], starts[b + 1], starts[c], starts[c + 1])
+            empty(J, n, starts[c], starts[c + 1], starts[b], starts[b + 1])
+    for k in range(n):
+        J[k * n + k] = 1.0
     a = 0
     while a < problem.count:
         size = joined(problem, a)
         spread(problem, a, size, G, J)
         a += size
+
+
+@inlined
+def empty(J: Reals, n: int, first: int, last: int, begin: int, end: int) -> None:
+    """Set a block of J to zero; one of six columns without a loop, which would be a call for each row."""
+    for k in range(first, last):
+        row = J[k * n + begin :]
+        if end - begin == BODY:
+            row[0], row[1], row[2], row[3], row[4], row[5] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        else:
+            for j in range(end - begin):
+                row[j] = 0.0
+
+
+@compiled
+def link(problem: ContactProblem, links: Links) -> None:
+    """Link the blocks that share a row, and those that elimination lets share one."""
+    blocks, count, pieces, a = problem.blocks, problem.blocks.count, problem.blocks.pieces, 0
+    for k in range(count * count):
+        links.blocks[k] = 0
+    while a < problem.count:
+        r = problem.rows[a]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            for q in range(p + 1, blocks.first[r + 1]):
+                low, high = pieces[p], pieces[q]
+                if high < low:
+                    low, high = high, low
+                links.blocks[low * count + high] = 1
+        a += joined(problem, a)
+    fill_in(links, count)
+
+
+@compiled
+def fill_in(links: Links, count: int) -> None:
+    """Replace the marks of later blocks that each block is linked with by their numbers, with those that come in.
+
+    The first of them inherits the others: what a block leaves when it is eliminated.
+    """
+    for b in range(count):
+        linked, later = links.blocks[b * count :], 0
+        for c in range(b + 1, count):
+            if linked[c] != 0:
+                linked[later] = c
+                later += 1
+        links.later[b] = later
+        for h in range(1, later):
+            links.blocks[linked[0] * count + linked[h]] = 1
+
+
+@hot
+@compiled
+def least_linked(links: Links, degree: Integers, sequence: Integers, count: int) -> None:
+    """Set a sequence in which blocks, whose links are marked on both sides, are eliminated with few links.
+
+    The next one is one that has the fewest left; ``degree`` becomes -1.
+
+    Source: W. F. Tinney, J. W. Walker, Proc. IEEE 55 (1967) 1801-1809.
+    """
+    for b in range(count):
+        degree[b] = 0
+        for c in range(count):
+            degree[b] += links.blocks[b * count + c]
+    for k in range(count):
+        b = -1
+        for c in range(count):
+            if degree[c] >= 0 and (b < 0 or degree[c] < degree[b]):
+                b = c
+        sequence[k], degree[b] = b, -1
+        for c in range(count):
+            if links.blocks[b * count + c] != 0 and degree[c] >= 0:
+                degree[c] -= 1
+                for d in range(c + 1, count):
+                    if (
+                        links.blocks[b * count + d] != 0
+                        and degree[d] >= 0
+                        and links.blocks[c * count + d] == 0
+                    ):
+                        links.blocks[c * count + d] = links.blocks[d * count + c] = 1
+                        degree[c] += 1
+                        degree[d] += 1
 
 
 @hot
@@ -220,12 +341,15 @@ def square_add(J: Reals, n: int, x: Reals, c: Reals, step: int, height: int, siz
         for k in range(height):  # c, d and e stay in registers
             p, q, r, row = x[k], y[k], z[k], J[k * n :]
             row[0], row[1], row[2], row[3] = (
-                row[0] + p * c_0 + q * d_0 + r * e_0,
-                row[1] + p * c_1 + q * d_1 + r * e_1,
-                row[2] + p * c_2 + q * d_2 + r * e_2,
-                row[3] + p * c_3 + q * d_3 + r * e_3,
+                three_added(row[0], p, c_0, q, d_0, r, e_0),
+                three_added(row[1], p, c_1, q, d_1, r, e_1),
+                three_added(row[2], p, c_2, q, d_2, r, e_2),
+                three_added(row[3], p, c_3, q, d_3, r, e_3),
             )
-            row[4], row[5] = row[4] + p * c_4 + q * d_4 + r * e_4, row[5] + p * c_5 + q * d_5 + r * e_5
+            row[4], row[5] = (
+                three_added(row[4], p, c_4, q, d_4, r, e_4),
+                three_added(row[5], p, c_5, q, d_5, r, e_5),
+            )
     else:
         for k in range(height):
             for j in range(size):

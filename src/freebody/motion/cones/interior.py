@@ -30,7 +30,7 @@ from ...native.instructions import Reals, compiled, greater, inlined, lesser, ro
 from .block_rows import add, along
 from .cone import add_all, residual
 from .contact_problem import LINE, NORMAL, ContactProblem, Newton, Path
-from .elimination import factored, jacobian, substitute
+from .elimination import factored, jacobian, link, substitute
 
 INSIDE = 0.99
 """Part of the way to the boundary of a cone that a step takes."""
@@ -115,6 +115,7 @@ def begin(problem: ContactProblem, path: Path, start: float, bends: float) -> No
 def go_on(problem: ContactProblem, memory: Newton, goal: float, most: int) -> float:
     """Do up to ``most`` steps along the path, until the residual is at most ``goal``; return that of x."""
     path, size = memory.path, math.inf
+    link(problem, memory.links)
     for turn in range(most + 1):
         for a in range(problem.count):
             problem.x[a] = path.x[a]
@@ -125,7 +126,7 @@ def go_on(problem: ContactProblem, memory: Newton, goal: float, most: int) -> fl
         gap = set_equations(problem, memory)
         jacobian(problem, memory.G[0], memory)
         memory.factored += 1
-        if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+        if factored(memory.J[0], problem.blocks, memory.links, memory.order) == 0:
             return size
         solve(problem, memory)
         left = complement(problem, path, lesser(1.0, room(problem, path))) / gap
@@ -216,7 +217,7 @@ def solve(problem: ContactProblem, memory: Newton) -> None:
                 add(blocks, r + 1, problem.X, mu * (path.q[a + 1] + p_1), dv)
             if size > 2:
                 add(blocks, r + 2, problem.X, mu * (path.q[a + 2] + p_2), dv)
-    substitute(memory.J[0], blocks, memory.ends, memory.order, dv)
+    substitute(memory.J[0], blocks, memory.links, memory.order, dv)
     for a in range(problem.count):
         if problem.kinds[a] == NORMAL:
             size, r = size_of(problem, a), problem.rows[a]

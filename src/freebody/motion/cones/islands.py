@@ -24,6 +24,7 @@ from .cone import add_all, project_all, residual
 from .contact_problem import ContactProblem, Dense, Newton
 from .descent import descend
 from .dual import is_bare, take_in
+from .elimination import least_linked
 from .interior import begin, go_on, is_served
 from .newton import DRIFT, balance, reach, solve
 
@@ -61,6 +62,7 @@ class Islands(Record):
     ``touching`` rows of each block, from ``at`` on
     ``parent``   a block of the same island, itself for the first one;  ``worst``: greatest violation of a law in it
     ``place``    number of a block in the island;  ``order``: its blocks;  ``own``: rows of the problem in the island
+    ``degree``   links of each block, -1 where it is eliminated;  ``sequence``: in which they are
     ``part``     the island as a problem of its own
     ``energy``   sums over an island that judge its rebounds;  ``rebounds``: number of these
     """
@@ -74,6 +76,8 @@ class Islands(Record):
     worst: Annotated[Row, "blocks"]
     place: Annotated[Wholes, "blocks"]
     order: Annotated[Wholes, "blocks"]
+    degree: Annotated[Wholes, "blocks"]
+    sequence: Annotated[Wholes, "blocks"]
     own: Annotated[Wholes, "most"]
     energy: Annotated[Rows, "blocks", 3]
     rebounds: Annotated[Wholes, "blocks"]
@@ -178,7 +182,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
         part.rows[i], part.kinds[i], part.between[i] = i, problem.kinds[a], problem.between[a]
         part.mu[i], part.low[i], part.scale[i] = problem.mu[a], problem.low[a], problem.scale[a]
         part.b[i], part.x[i] = problem.b[a], problem.x[a]
-    arrange(problem, islands, island)
+    arrange(problem, islands, island, m)
     p, k = 0, 0
     for i in range(m):
         r = problem.rows[islands.own[i]]
@@ -194,27 +198,55 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int, rows: int, s
 
 
 @compiled
-def arrange(problem: ContactProblem, islands: Islands, island: int) -> None:
-    """Number the blocks of an island so that those that share a row stand near each other.
+def arrange(problem: ContactProblem, islands: Islands, island: int, rows: int) -> None:
+    """Number the blocks of an island, which has some rows, in the order in which they are eliminated.
 
-    The order is that of a walk in breadth, which begins where another walk ends. The dual method needs none.
-
-    Source: E. Cuthill, J. McKee, Proc. 24th ACM National Conference (1969) 157-172.
+    The dual method needs none.
     """
-    start = walk(problem, islands, island)
-    if is_bare(islands.part) == 0:
-        walk(problem, islands, start)
+    blocks, part, place, order, sequence = (
+        problem.blocks,
+        islands.part,
+        islands.place,
+        islands.order,
+        islands.sequence,
+    )
+    count = walk(problem, islands, island)
+    if is_bare(part) == 0:
+        mark(problem, islands, rows, count)
+        least_linked(islands.newton.links, islands.degree, sequence, count)
+        for k in range(count):
+            sequence[k] = order[sequence[k]]
+        for k in range(count):
+            order[k], place[sequence[k]] = sequence[k], k
+    part.blocks.count, part.blocks.starts[0] = count, 0
+    for k in range(count):
+        b = order[k]
+        part.blocks.starts[k + 1] = part.blocks.starts[k] + blocks.starts[b + 1] - blocks.starts[b]
+
+
+@compiled
+def mark(problem: ContactProblem, islands: Islands, rows: int, count: int) -> None:
+    """Mark the pairs of blocks of an island, by their places, that share a row."""
+    blocks, linked = problem.blocks, islands.newton.links.blocks
+    for k in range(count * count):
+        linked[k] = 0
+    for i in range(rows):
+        r = problem.rows[islands.own[i]]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            for q in range(blocks.first[r], p):
+                b, c = islands.place[blocks.pieces[p]], islands.place[blocks.pieces[q]]
+                linked[b * count + c] = linked[c * count + b] = 1
 
 
 @hot
 @compiled
 def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
-    """Number the blocks of an island from ``start`` on in breadth; return the last one."""
-    blocks, part, place, order = problem.blocks, islands.part, islands.place, islands.order
+    """List the blocks of an island in breadth, from ``start`` on; return their number."""
+    blocks, place, order = problem.blocks, islands.place, islands.order
     count, seen = 1, 0
     for b in range(blocks.count):
         place[b] = -1
-    order[0], place[start], part.blocks.starts[0] = start, 0, 0
+    order[0], place[start] = start, 0
     while seen < count:
         b = order[seen]
         for k in range(islands.at[b], islands.at[b + 1]):
@@ -225,9 +257,7 @@ def walk(problem: ContactProblem, islands: Islands, start: int) -> int:
                     order[count], place[other] = other, count
                     count += 1
         seen += 1
-        part.blocks.starts[seen] = part.blocks.starts[seen - 1] + blocks.starts[b + 1] - blocks.starts[b]
-    part.blocks.count = count
-    return order[count - 1]
+    return count
 
 
 @compiled

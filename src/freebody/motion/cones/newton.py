@@ -30,7 +30,7 @@ from ...native.instructions import Integers, Reals, compiled, greater, hot, root
 from .block_rows import add, along, dot
 from .cone import add_all, bound, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
-from .elimination import factored, jacobian, substitute
+from .elimination import factored, jacobian, link, substitute
 
 DENSE = 48
 """Number of directions up to which Newton's method starts from zero without sweeps, whose order breaks symmetries: the
@@ -160,7 +160,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
             return turn
         for k in range(n):
             step[k] = -here.F[k]
-        substitute(memory.J[0], blocks, memory.ends, memory.order, step)
+        substitute(memory.J[0], blocks, memory.links, memory.order, step)
         part, shorter, new = 1.0, True, size
         while shorter:
             for k in range(n):
@@ -214,10 +214,11 @@ def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
     for a in range(problem.count):  # λ = P(y - r/ε)
         for k in range(problem.blocks.at[problem.rows[a]], problem.blocks.at[problem.rows[a] + 1]):
             memory.G[0][k] /= soft
+    link(problem, memory.links)
     jacobian(problem, memory.G[0], memory)
     memory.factored += 1
     memory.kept = soft
-    if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+    if factored(memory.J[0], problem.blocks, memory.links, memory.order) == 0:
         memory.kept = 0.0
         return 0
     return 1

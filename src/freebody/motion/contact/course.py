@@ -13,6 +13,7 @@ from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ...model.contact import friction_margin
 from ...model.model import Model
+from ...model.resistance import pressers
 from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program, at_states
@@ -20,6 +21,7 @@ from ..ode.dense_output import Array, Path
 from ..phase.candidates.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
+from ..start.overlap import behind_sides, sides_of
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -210,8 +212,10 @@ class Touching:
         return self.legs.limit_pieces(motion)
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
-        """Return the warnings of blows and impacts."""
-        return InLegs(self.happenings).warnings(motion) if self.history.may_warn else ()
+        """Return the warnings of blows and impacts, and of what comes behind a side."""
+        sides = sides_of(motion.kernels.model.contacts)
+        behind = behind_sides(sides, motion.t, motion.contacts) if sides else ()
+        return (*(InLegs(self.happenings).warnings(motion) if self.history.may_warn else ()), *behind)
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
@@ -265,6 +269,9 @@ def distances(model: Model, gap: Array, reach: Array, rate: Array) -> tuple[Arra
         for side, _ in sides:
             nearer = distance[:, k] < distance[:, side]
             distance[nearer, side], approach[nearer, side] = distance[nearer, k], approach[nearer, k]
+    for k, normal in enumerate(pressers(model.contacts)):
+        if normal >= 0:  # what resists rolling and spinning is where its contact is
+            distance[:, k], approach[:, k] = distance[:, normal], approach[:, normal]
     return distance, approach
 
 

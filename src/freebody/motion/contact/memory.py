@@ -61,7 +61,7 @@ def equip_loop(
         it.blocks, it.beside[:] = len(blocks.starts) - 1, np.ravel(blocks.contacts)
         it.starts[: len(blocks.starts)] = blocks.starts
     it.past[:] = -1
-    it.last = it.met_at = it.crept_from = -np.inf
+    it.last = it.met_at = it.corrected_at = it.crept_from = -np.inf
 
 
 class Watched(NamedTuple):

@@ -118,14 +118,17 @@ def agreed_modes(it: EventRun, contacts: Contacts, slips_on: int) -> int:
 
 @compiled
 def part(it: EventRun) -> int:
-    """Take the adhesion of contacts that open away, and them from the list; return their number."""
+    """Take the adhesion of contacts that open away, and them and what resists their rolling from the list; return their
+    number.
+    """
     found, count = 0, 0
     for i in range(it.count):
         k = it.chosen[i]
+        presser = it.presser[k]
         if it.adhering[k] != 0 and it.mode[k] == laws.OPEN:
             it.parted[k], found = 1, found + 1
             pull(it, k, -1)
-        else:
+        elif presser < 0 or it.parted[presser] == 0:
             it.chosen[count] = k
             count += 1
     it.count = count

@@ -137,7 +137,8 @@ class EventRun(Record):
     ``adhesive``                  number of contacts that bear a pull
     ``adhering``, ``parted``      1 for each contact whose pull is in the accelerations; for each that opens now
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
-    ``met``, ``met_at``           contacts closed at a moment so far
+    ``met``, ``met_at``           contacts closed at a moment so far;  ``corrected_at``: the last moment at which speeds
+                                  were not those of the phase that followed
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
     ``let_go``                    contacts that have begun to slip under loads of the search for those that agree
     ``tied``, ``ties``            contacts of which a law holds with equality, and their number
@@ -295,6 +296,7 @@ class EventRun(Record):
     left: Annotated[Wholes, "contacts"]
     met: Annotated[Wholes, "contacts"]
     met_at: Real
+    corrected_at: Real
     mode: Annotated[Wholes, "contacts"]
     before: Annotated[Wholes, "contacts"]
     shown: Annotated[Wholes, "contacts"]

@@ -252,11 +252,11 @@ def share(it: EventRun, contacts: Contacts) -> int:
 def take_shares(it: EventRun, contacts: Contacts) -> int:
     """Take the shares as `share` does, of all contacts whose modes are not open."""
     set_up(it, contacts)
-    if it.spare_count == 0 or has_forces(it, contacts) == 0:
+    if it.spare_count == 0 or has_forces(it) == 0:
         return 0
     while opens_pulling(it, contacts) != 0:
         set_up(it, contacts)
-        if has_forces(it, contacts) == 0:
+        if has_forces(it) == 0:
             return 0
     for i in range(contacts.contacts):
         for j in range(1 + contacts.tangents[i]):
@@ -268,10 +268,10 @@ def take_shares(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def leave_pulling(it: EventRun, contacts: Contacts) -> None:
-    """Open contacts of a rest by open forces whose shares would pull, if the others hold them in place."""
+    """Open the chosen contacts whose shares of open forces would pull, if the others hold them in place."""
     set_up(it, contacts)
     opens = 1
-    while opens != 0 and it.spare_count > 0 and has_forces(it, contacts) != 0:
+    while opens != 0 and it.spare_count > 0 and has_forces(it) != 0:
         copy_wholes(it.mode, it.before, it.contacts)
         opens = opens_pulling(it, contacts)
         if opens == 0:
@@ -280,13 +280,13 @@ def leave_pulling(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
-def has_forces(it: EventRun, contacts: Contacts) -> int:
+def has_forces(it: EventRun) -> int:
     """Set ``speeds`` to the forces that the equations of the modes give; return 1 if there are any, else 0."""
     it.forces(it.t, it.y, it.phase, it.speeds)
-    for i in range(contacts.contacts):
+    for i in range(it.count):
         if begins_slip(it, it.chosen[i]) != 0:
             return 0  # no direction yet: that of its speed is round-off
-        for j in range(1 + contacts.tangents[i]):
+        for j in range(1 + it.tangents[it.chosen[i]]):
             if not math.isfinite(it.speeds[it.first[it.chosen[i]] + j]):
                 return 0
     return 1
@@ -298,7 +298,7 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
 
     If they do not, its mode is open only until the shares are named.
     """
-    found = opened(it, contacts)
+    found = opened(it)
     if found < 0:
         return 0
     find_dead(it, contacts)
@@ -306,13 +306,17 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def opened(it: EventRun, contacts: Contacts) -> int:
+def opened(it: EventRun) -> int:
     """Open the contact that pulls most, and what resists its rolling; return it, or -1 if none does.
 
     Forces are those in ``speeds`` (`has_forces`).
     """
-    found, least = -1, -limits.SMALL * largest(contacts.forces, contacts.rows)
-    for i in range(contacts.contacts):
+    found, most = -1, 0.0
+    for i in range(it.count):
+        k = it.chosen[i]
+        most = greater(most, largest(it.speeds[it.first[k] :], 1 + it.tangents[k]))
+    least = -limits.SMALL * most
+    for i in range(it.count):
         k = it.chosen[i]
         bears = it.adhesion[k] if it.adhering[k] != 0 else 0.0
         if it.held[k] == 0 and it.presser[k] < 0 and it.speeds[it.first[k]] + bears < least:

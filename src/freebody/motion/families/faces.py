@@ -9,7 +9,7 @@ Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, Comm. ACM 1
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, compiled, root
+from ...native.instructions import Integers, Reals, compiled, greater, root
 from .family_record import Core, Families, Patch
 from .vectors import along, cross, vector
 
@@ -178,11 +178,16 @@ def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
     slack = (
         (ALONG if count == 1 else BESIDE) * patch.extent * root(along(m, m))
     )  # a ball: its normal turns there
-    height, kept, tags, rest = along(m, p), 0, patch.tags, patch.rest_tags
+    height, kept, tags, rest, heights = along(m, p), 0, patch.tags, patch.rest_tags, patch.heights
+    most = -FAR
+    for k in range(count):
+        heights[k] = along(m, patch.polygon[3 * k :]) - height
+        most = greater(most, heights[k])
+    if most <= slack:
+        return count
     for k in range(count):
         last = (k + count - 1) % count
-        x, before = patch.polygon[3 * k :], patch.polygon[3 * last :]
-        here, there = along(m, x) - height, along(m, before) - height
+        x, before, here, there = patch.polygon[3 * k :], patch.polygon[3 * last :], heights[k], heights[last]
         open_end = 1 if count < 3 and k == 0 else 0
         if open_end == 0 and ((here > slack and there < -slack) or (here < -slack and there > slack)):
             part = there / (there - here)
@@ -195,8 +200,7 @@ def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
             for j in range(3):
                 patch.rest[3 * kept + j] = x[j]
             rest[2 * kept], rest[2 * kept + 1] = tags[2 * k], tags[2 * k + 1]
-            after = along(m, patch.polygon[3 * ((k + 1) % count) :]) - height
-            if here >= -slack and after > slack:  # what follows runs along the side
+            if here >= -slack and heights[(k + 1) % count] > slack:  # what follows runs along the side
                 rest[2 * kept + 1] = -1 - side
             kept += 1
     for k in range(3 * kept):

@@ -221,6 +221,7 @@ class Patch(Record):
     ``features``             what meets at each point, four numbers (`faces`);  ``met``: the same of one point
     ``pair``, ``trial``      two points, a vector or two points;  ``polygon``, ``rest``: a face that is cut
     ``tags``, ``rest_tags``  two numbers for each of its corners;  ``towards``: number of that face, -1 for none
+    ``heights``              of corners along a direction
     """
 
     most: Count
@@ -237,6 +238,7 @@ class Patch(Record):
     rest: Row
     tags: Wholes
     rest_tags: Wholes
+    heights: Row
     towards: Whole
     met: Annotated[Wholes, 4]
     features: Wholes

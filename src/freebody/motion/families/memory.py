@@ -159,7 +159,7 @@ def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> Non
     members.corners, members.normals = np.zeros(len(members.sizes)), np.zeros(normals_at[-1] + 1)
     members.normals_at = whole(normals_at)
     patch, room = of.patch, 2 * (corners + 2)
-    patch.polygon, patch.rest = np.zeros(3 * room), np.zeros(3 * room)
+    patch.polygon, patch.rest, patch.heights = np.zeros(3 * room), np.zeros(3 * room), np.zeros(room)
     patch.tags, patch.rest_tags = (np.zeros(2 * room, dtype=np.int64) for _ in range(2))
     patch.features = np.zeros(4 * max(patch.most, 1), dtype=np.int64)
     members.bounded = sum(x != UNBOUNDED for x in bound)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,13 +31,15 @@ def mesh_of(shape: Any, numbers: Any = None) -> list[int]:
     """
     if not shape.patches:
         return [0, 0, 3] if shape.endless else [1, 0, 4, 4, 1, 0, 0, 0]
+    return list(_mesh_of_solid(tuple(map(tuple, shape.faces)), tuple(numbers)))
+
+
+@lru_cache(maxsize=64)
+def _mesh_of_solid(faces: Sequence[Sequence[int]], numbers: Sequence[float]) -> tuple[int, ...]:
+    """Return the mesh of a solid; bricks of one shape share it."""
     places = np.reshape(numbers, (-1, 3))
     pairs = sorted(
-        {
-            tuple(sorted((a, b)))
-            for face in shape.faces
-            for a, b in zip(face, (*face[1:], face[0]), strict=True)
-        }
+        {tuple(sorted((a, b))) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     ) or [(0, 1)]
     ways = [(places[b] - places[a]) / np.linalg.norm(places[b] - places[a]) for a, b in pairs]
     first: list[int] = []
@@ -43,16 +47,9 @@ def mesh_of(shape: Any, numbers: Any = None) -> list[int]:
         if all(float(np.linalg.norm(np.cross(way, ways[j]))) > PARALLEL for j in first):
             first.append(k)
     order = [*first, *(k for k in range(len(pairs)) if k not in first)]
-    starts = np.cumsum([3 + len(shape.faces) + 1, *map(len, shape.faces)]).tolist()
-    edges = [len(pairs), len(first), *(corner for k in order for corner in pairs[k])]
-    return [
-        len(places),
-        len(shape.faces),
-        starts[-1],
-        *starts,
-        *(c for face in shape.faces for c in face),
-        *edges,
-    ]
+    starts = np.cumsum([3 + len(faces) + 1, *map(len, faces)]).tolist()
+    edges = (len(pairs), len(first), *(corner for k in order for corner in pairs[k]))
+    return len(places), len(faces), starts[-1], *starts, *(c for face in faces for c in face), *edges
 
 
 def most_points(shape: Any) -> int:

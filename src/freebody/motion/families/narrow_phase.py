@@ -160,7 +160,7 @@ def consider(of: Families, one: int, other: int, limit: float, closed: int) -> N
         first, second = j, i
     both = i * members.count + j
     if laws.patched[law] == 1:
-        if closed == 1 or any_stays(pairs, both) == 0:
+        if closed == 1 or (is_above(of, first, second, limit) == 0 and any_stays(pairs, both) == 0):
             spread(of, first, second, both, limit, closed)
         return
     found = pairs.found
@@ -248,6 +248,24 @@ def spread(of: Families, first: int, second: int, both: int, limit: float, close
     add_points(of, first, second, both, limit, apart)
     if closed == 1 and of.pairs.count == count and apart <= limit:  # of other points, as beside a face
         add_points(of, first, second, both, limit, measure_cores(of, second, limit))
+
+
+@compiled
+def is_above(of: Families, first: int, second: int, limit: float) -> int:
+    """Return 1 if the second member is a plane from which the bounds of the first one are farther than a limit."""
+    members = of.members
+    if members.mesh[members.mesh_at[second]] > 0:
+        return 0
+    pose, sizes, gap = (
+        of.links.poses[POSE * members.link[second] :],
+        members.sizes[members.sizes_at[second] :],
+        0.0,
+    )
+    for i in range(3):
+        n = from_axes(pose, i, sizes[3], sizes[4], sizes[5])
+        x = members.lower[first, i] if n > 0.0 else members.upper[first, i]
+        gap += n * (x - pose[9 + i] - from_axes(pose, i, sizes[0], sizes[1], sizes[2]))
+    return 1 if gap > limit else 0
 
 
 @compiled

@@ -121,24 +121,32 @@ def nearest_edges(of: Families, a: Core, b: Core, patch: Patch, limit: float) ->
 def nearest_pair(of: Families, a: Core, b: Core, parallel: int, limit: float, patch: Patch) -> float:
     """Set the nearest points of the edges within a limit, of all or of the ``parallel`` ones; return their square.
 
-    Edges that are as far from each other along the normal as the nearest ones are passed.
+    Edges that are as far from each other along the normal, or a ground axis, as the nearest ones are passed.
     """
     n, slack = patch.normal, ALONG * patch.extent
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
     edges, edges_b, got = one[one[HEAD - 1] :], other[other[HEAD - 1] :], patch.pair
     if limit < FAR:
         best = limit * limit
-    below, above = least(b, n), -FAR
+    below, above, heights = FAR, -FAR, patch.heights
     for k in range(b.count):
-        above = greater(above, along(n, b.corners[3 * k :]))
+        x = along(n, b.corners[3 * k :])
+        heights[k], below, above = x, lesser(below, x), greater(above, x)
     for i in range(edges[0]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
-        low, high = lesser(along(n, p), along(n, q)), greater(along(n, p), along(n, q))
+        x, y = along(n, p), along(n, q)
+        low, high = lesser(x, y), greater(x, y)
         apart = greater(below - high, low - above) - slack
         for j in range(0 if apart > 0.0 and apart * apart >= best else edges_b[0]):
-            r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
-            x, y = along(n, r), along(n, s)
+            x, y = heights[edges_b[2 + 2 * j]], heights[edges_b[3 + 2 * j]]
             apart = greater(lesser(x, y) - high, low - greater(x, y)) - slack
+            if apart > 0.0 and apart * apart >= best:
+                continue
+            r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
+            for k in range(3):  # along the ground axes, too
+                x = lesser(r[k], s[k]) - greater(p[k], q[k])
+                y = lesser(p[k], q[k]) - greater(r[k], s[k])
+                apart = greater(apart, greater(x, y) - slack)
             if apart > 0.0 and apart * apart >= best:
                 continue
             if parallel == 0 or side_by_side(p, q, r, s) == 1:

@@ -16,7 +16,7 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
+from ...native.instructions import Reals, compiled, greater, hot, inlined, lesser, root
 from .faces import ALONG, CORNER, FACE, FAR, HEAD, NOWHERE, add_point, cut, face_normal
 from .family_record import POSE, SOLID, Core, Families, Patch
 from .nearest import (
@@ -77,6 +77,7 @@ def keep_core(of: Families, core: Core, k: int) -> None:
         members.middles[k, j] = core.middle[j]
 
 
+@hot
 @compiled
 def take_core(of: Families, core: Core, k: int) -> None:
     """Set a core to that of a member in this search."""
@@ -137,23 +138,32 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
     """
     one, other, n = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], patch.trial
     edges, edges_b = one[one[HEAD - 1] :], other[other[HEAD - 1] :]
-    best, top = patch.apart + ALONG * patch.extent, foremost(a, patch.normal)
-    d_x, d_y, d_z = b.middle[0] - a.middle[0], b.middle[1] - a.middle[1], b.middle[2] - a.middle[2]
+    best, top, low = (
+        patch.apart + ALONG * patch.extent,
+        corner(a, foremost(a, patch.normal, 1.0)),
+        corner(b, foremost(b, patch.normal, -1.0)),
+    )
+    tail, high = corner(a, farthest(a, top)), corner(b, farthest(b, low))
+    d_x, d_y, d_z = vector(a.middle, b.middle)
     for i in range(edges[1]):
         p, q = a.corners[3 * edges[2 + 2 * i] :], a.corners[3 * edges[3 + 2 * i] :]
         x, y, z = vector(p, q)
         for j in range(edges_b[1]):
             r, s = b.corners[3 * edges_b[2 + 2 * j] :], b.corners[3 * edges_b[3 + 2 * j] :]
             u, v, w = vector(r, s)
-            n[0], n[1], n[2] = cross(x, y, z, u, v, w)
-            square = along(n, n)
-            if square > PARALLEL * (x * x + y * y + z * z) * (u * u + v * v + w * w):
+            n_x, n_y, n_z = cross(x, y, z, u, v, w)
+            square = n_x * n_x + n_y * n_y + n_z * n_z
+            towards = n_x * d_x + n_y * d_y + n_z * d_z
+            if towards < 0.0:
+                n_x, n_y, n_z = -n_x, -n_y, -n_z
+            n[0], n[1], n[2] = n_x, n_y, n_z
+            apart = lesser(along(n, low), along(n, high)) - greater(along(n, top), along(n, tail))
+            if beyond(apart, best, square) == 1 and square > PARALLEL * (x * x + y * y + z * z) * (
+                u * u + v * v + w * w
+            ):
                 length = root(square)
-                if n[0] * d_x + n[1] * d_y + n[2] * d_z < 0.0:
-                    length = -length
-                for k in range(3):
-                    n[k] /= length
-                height = along(n, a.corners[3 * top :])
+                n[0], n[1], n[2] = n_x / length, n_y / length, n_z / length
+                height = along(n, top)
                 apart = least_beyond(b, n, height, best)
                 if apart - height > best:
                     for k in range(3):
@@ -166,12 +176,37 @@ def by_edges(of: Families, a: Core, b: Core, patch: Patch) -> None:
                             patch.normal[k] = -n[k]
 
 
+@inlined
+def corner(core: Core, v: int) -> Reals:
+    """Return the place of a corner."""
+    return core.corners[3 * v :]
+
+
 @compiled
-def foremost(core: Core, n: Reals) -> int:
-    """Return the corner that is farthest along n."""
+def farthest(core: Core, x: Reals) -> int:
+    """Return the corner that is farthest from a point."""
+    best, chosen = -1.0, 0
+    for v in range(core.count):
+        a, b, c = vector(x, core.corners[3 * v :])
+        square = a * a + b * b + c * c
+        if square > best:
+            best, chosen = square, v
+    return chosen
+
+
+@inlined
+def beyond(apart: float, best: float, square: float) -> int:
+    """Return 0 if apart/√square <= best, for corners that thus show that a normal separates less; else 1."""
+    far = apart * apart - best * best * square
+    return 1 if (apart > 0.0 and (best < 0.0 or far > 0.0)) or (best < 0.0 and far < 0.0) else 0
+
+
+@compiled
+def foremost(core: Core, n: Reals, sign: float) -> int:
+    """Return the corner that is farthest along n, or against it if ``sign`` is -1."""
     best, chosen = -FAR, 0
     for v in range(core.count):
-        x = along(n, core.corners[3 * v :])
+        x = sign * along(n, core.corners[3 * v :])
         if x > best:
             best, chosen = x, v
     return chosen

@@ -82,7 +82,8 @@ def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
 def lift(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     """Copy the step of a lane into the memory of one run."""
     run, step = wide.run, one.run
-    step.t, step.h, step.after, step.reached = run.t[lane], run.h[lane], run.after[lane], -1.0
+    step.t, step.h, step.after = run.t[lane], run.h[lane], run.after[lane]
+    step.reached = step.base = -1.0
     for i in range(run.n):
         step.y[i], step.y_new[i], step.end[i] = run.y[i][lane], run.y_new[i][lane], run.end[i][lane]
     method.lift(run, lane, step)

@@ -13,6 +13,7 @@ from .elimination import answer, factor, hold
 from .pairs import begin_closed, close_pairs, family_of, lay_pairs
 from .stepping_record import (
     BEGINS,
+    CLOSED_GAP,
     CONSTRAINTS,
     FULL,
     LANDED,
@@ -148,9 +149,20 @@ def put_speeds(machine: Machine, y: Reals, u: Reals) -> None:
 
 @compiled
 def hide(contacts: Contacts, gaps: Gaps) -> None:
-    """Set the gap of a contact to ``FAR`` if its foot lies beyond the end of its side."""
+    """Set the gap of a contact to ``FAR`` if its foot lies beyond the end of its side, or behind the side.
+
+    It came behind if, on a straight line from the last place, the gap was negative where the reach passed zero.
+    """
     for k in range(contacts.reaches):
-        if gaps.reach[k] < 0.0:
+        seen, reach, gap = contacts.seen[k], gaps.reach[k], gaps.gap[contacts.reach_of[k]]
+        if seen[0] < 0.0 <= reach:
+            along = reach - seen[0]
+            contacts.behind[k] = 1 if seen[1] * reach - gap * seen[0] < -CLOSED_GAP * along else 0
+        elif gap >= -CLOSED_GAP:
+            contacts.behind[k] = 0
+        seen[0], seen[1] = reach, gap
+    for k in range(contacts.reaches):
+        if gaps.reach[k] < 0.0 or contacts.behind[k] != 0:
             gaps.gap[contacts.reach_of[k]] = FAR
 
 

@@ -46,8 +46,8 @@ def deepest(run: Run, t: float, depth: float, near: float) -> float:
         r = families.members.radius[pairs.first[c]] + families.members.radius[pairs.second[c]]
         while c < count and pairs.ids[c] // POINTS == both:
             least = lesser(least, pairs.touch[c, 0])
-            if stays(pairs, pairs.ids[c]) > OPENS:
-                depth = greater(depth, pairs.touch[c, 0])
+            if pairs.touch[c, 0] > depth and stays(pairs, pairs.ids[c]) > OPENS:
+                depth = pairs.touch[c, 0]
             c += 1
         # all points over the face are open: the one beside it, which has none then (`faces.deepest`)
         depth = greater(depth, -apart if least > 0.0 and apart + r <= 0.0 else -least)

@@ -85,7 +85,8 @@ class Contacts(Record):
     ``stuck``         how long it has stuck, too;  ``last``: v₋ and T₋ of each row
     ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
     ``normal_row``    normal row of each contact in the problem, or -1
-    ``reach_of``      contact of each reach
+    ``reach_of``      contact of each reach; ``seen``: reach and gap at the last place, and ``behind``: 1 if the foot
+                      has come around this end behind its side
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
     ``stays``, ``half``, ``turn``    ``kept`` or ``stuck``, T and a of each row
@@ -108,6 +109,8 @@ class Contacts(Record):
     presser: Wholes
     normal_row: Wholes
     reach_of: Wholes
+    seen: Rows
+    behind: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]
     before: Annotated[Row, "most"]

@@ -18,7 +18,7 @@ import math
 from ...native.instructions import EPS, Parts, Truth, greater, lesser, root
 from .run import MARGIN, PARTS, Run
 from .states import are_finite, dense_state, state_in_step
-from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, tabulate
+from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, has_passed, tabulate
 
 part = Parts()
 
@@ -339,30 +339,32 @@ def log_events(run: Run, count: int, rejects: int) -> float:
     """Copy the events of a step to the log, up to the first terminal event.
 
     Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
-    simultaneous and are kept. A terminal event at the very start does not stop the run: otherwise a motion could not be
-    started again from it. One that is guarded and happens after it stops the run a moment later: else what it tells,
-    such as other features of a patch, would be passed over. Where a function loses its value, the step stops as at a
-    terminal event.
+    simultaneous and are kept; a function that has not passed by then passes later. A terminal event at the very start
+    does not stop the run: otherwise a motion could not be started again from it. One that is guarded and happens after
+    it stops the run a moment later: else what it tells, such as other features of a patch, would be passed over. Where
+    a function loses its value, the step stops as at a terminal event.
 
     If ``rejects`` is 1, return `TOO_LONG` if the step is: the states have no zero where the dense output has one of a
     guarded function, such a function passes through infinity, or the iteration of the method does not converge for the
     shorter step to an event.
     """
     search, t, h, first = run.search, run.t, run.h, math.inf
+    tie = 1e-12 * greater(1.0, abs(t / h))
     if count == THROUGH_INFINITY:
         return TOO_LONG
     for k in range(count):
         if search.zero_x[k] > first + FARTHEST:  # the run stops before it
             break
         e, sign = search.zero_number[k], search.zero_sign[k]
-        x = refined_event(run, e, sign, search.zero_x[k])
+        later = search.zero_x[k] > first and has_passed(run, e, sign, lesser(1.0, first + tie)) == 0
+        x = math.inf if later else refined_event(run, e, sign, search.zero_x[k])
         if x < 0.0:
             x = search.zero_x[k]
             if rejects != 0 and e >= search.count - search.guarded and is_long(run):
                 return TOO_LONG
         if search.zero_x[k] > 0.0 and e >= search.count - search.guarded:
             x = greater(x, lesser(1.0, 2.0 * EPS * greater(1.0, abs(t / h))))
-        if search.terminal[e] != 0 and x > 0.0:
+        if search.terminal[e] != 0 and t + x * h != run.start:
             first = lesser(first, x)
         insert_event(run, k, x, e, sign)
     stop, latest = -1.0, search.reach
@@ -386,7 +388,7 @@ def log_events(run: Run, count: int, rejects: int) -> float:
         run.events = place + 1
         if stop < 0.0 and search.terminal[e] != 0 and moment != run.start:
             stop = x
-            latest = lesser(latest, x + 1e-12 * greater(1.0, abs(t / h)))
+            latest = lesser(latest, x + tie)
     if stop < 0.0 and search.reach <= 1.0:
         stop = search.reach
     if stop == 0.0:

@@ -121,6 +121,8 @@ class Run(Record):
     ``dense``, ``point``    coefficients of the dense output, and a state inside the step
     ``error``           error of the step
     ``reached``         fraction of the step whose state, of a shorter step, ``point`` is; -1 if it is another
+    ``base``, ``beside``    fraction of the step at the end of its first shorter step, -1 without; state there, its
+                        rates, and theirs
     ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
     """
 
@@ -149,6 +151,7 @@ class Run(Record):
     after: Real
     error: Real
     reached: Real
+    base: Real
     last: Whole
     rates: Kernel
     c: Row
@@ -170,6 +173,7 @@ class Run(Record):
     error3: Annotated[Row, "width"]
     dense: Annotated[Rows, 6, "width"]
     point: Annotated[Row, "width"]
+    beside: Annotated[Rows, 3, "width"]
     end: Annotated[Row, "width"]
     search: Search
     room: Whole

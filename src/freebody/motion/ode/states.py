@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from ...native.instructions import (
+    EPS,
     Integers,
     Parts,
     Real,
@@ -20,6 +21,7 @@ from ...native.instructions import (
     call,
     compiled,
     greater,
+    lesser,
     root,
     where,
 )
@@ -27,6 +29,9 @@ from .run import Run
 
 MOST_PARTS = 1024
 """Number of parts into which a step is divided at most."""
+
+BESIDE = EPS ** (1 / 3)
+"""Part of a step in which the error of a polynomial of second order is round-off of the change in the step."""
 
 part = Parts()
 
@@ -132,13 +137,57 @@ def state_in_step(run: Run, x: float) -> None:
     """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
     single step, from the dense output. A state that the row still holds is not computed again.
 
-    Equal fractions have equal states, by whose signs events are told to have passed.
+    States beside that of the first shorter step follow from it. It stays the same for the step, so that equal fractions
+    have equal states, by whose signs events are told to have passed.
     """
     if method.single_step:
         dense_state(run, x)
     elif run.reached != x:
-        shorter_step(run, x)
+        reach = reach_of(run) if method.cost > 0 else 0.0
+        if run.base >= 0.0 and abs(x - run.base) <= reach:
+            state_beside(run, x)
+        else:
+            shorter_step(run, x)
+            if run.base < 0.0 < reach:
+                keep_base(run, x)
         run.reached = x
+
+
+@compiled
+def reach_of(run: Run) -> float:
+    """Return the part of the step in which states follow from one, but for round-off; 0 if searches move farther.
+
+    The ends of shorter steps have errors, of the tolerance r, and run with the length at slopes that are off by those:
+    over a part p of the step by r p. A search moves by r.
+    """
+    tolerance = 0.0
+    for i in range(run.n):
+        tolerance = greater(tolerance, greater(run.relative[i], run.absolute[i]))
+    return lesser(BESIDE, EPS / tolerance) if tolerance * tolerance <= EPS else 0.0
+
+
+@part
+def keep_base(run: Run, x: float) -> None:
+    """Keep the row point, the state at ``x``, with its rates and the rates of these, if they are finite."""
+    y, f, slope = run.beside[0], run.beside[1], run.beside[2]
+    t, aside = run.t + x * run.h, (BESIDE if x < 0.5 else -BESIDE) * run.h
+    y[:] = run.point
+    run.rates(t, y, run.c, f)
+    run.argument[:] = y + aside * f
+    run.rates(t + aside, run.argument, run.c, slope)
+    run.evaluated += 2
+    slope[:] = (slope - f) / aside
+    run.base = x if are_finite(slope, run.n) else -1.0
+
+
+@part
+def state_beside(run: Run, x: float) -> None:
+    """Set the row point: the state at ``x``, by the Taylor polynomial of second order at ``base``."""
+    length = (x - run.base) * run.h
+    run.point[:] = run.beside[0] + length * (run.beside[1] + length / 2.0 * run.beside[2])
+    normalise(run, run.point)
+    if run.projection is not None:
+        project(run, run.t + x * run.h, run.point, True)
 
 
 # -- states at given times -----------------------------------------------------------------------------
@@ -164,7 +213,7 @@ def step_at(run: Run, steps: int, t: float) -> int:
 @part
 def begin_again(run: Run, t: float, y: Reals) -> None:
     """Go to the start of a step, the state y at t."""
-    run.t, run.reached = t, -1.0
+    run.t, run.reached, run.base = t, -1.0, -1.0
     for i in range(run.n):
         run.y[i] = y[i]
     run.rates(run.t, run.y, run.c, run.k[0])
@@ -179,6 +228,17 @@ def expect_end(run: Run, t: float, y: Reals) -> None:
         run.end[i] = y[i]
     run.rates(t, run.end, run.c, run.k[12])
     method.expect(run, t - run.t)
+
+
+@part
+def strays(run: Run, x: float) -> Truth:
+    """Return whether the shorter step to ``x`` has come to another solution for its stages than the known step.
+
+    Its error is greater than that of the known step, and than the tolerance. Where the force of a contact passes
+    through infinity at a direction of its slip near that of the motion, there is a solution on each side.
+    """
+    error = method.judge(run, x * run.h)
+    return error > 1.0 and (method.attempt(run, run.h) != 0 or not error <= method.judge(run, run.h))
 
 
 @part
@@ -246,7 +306,9 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                 if method.hold is not None:
                     method.hold(run)
             dense_state(run, x)
-        if method.expect is not None and not are_finite(run.point, n):
+        if method.expect is not None and (
+            not are_finite(run.point, n) or (not from_dense and strays(run, x))
+        ):
             in_parts(run, times[low], run.states[low], t - times[low])
             run.sampled = 0
         for i in range(n):

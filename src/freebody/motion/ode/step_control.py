@@ -332,7 +332,8 @@ def follow_events(run: Run) -> int:
             method.densify(run)
         if method.expect is not None:
             method.expect(run, run.h)
-        search.seen, search.span, search.unresolved, run.reached = 0.0, 1.0, 0, -1.0
+        search.seen, search.span, search.unresolved = 0.0, 1.0, 0
+        run.reached = run.base = -1.0
     first = True
     while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
         first, rejects = False, 1 if logged >= 0 and run.fixed == 0 else 0

@@ -12,7 +12,7 @@ import math
 from ...native.functions import components, unrolled
 from ...native.instructions import EPS, Parts, Real, greater, lesser, maximum
 from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run, at_margin
-from .states import dense_state
+from .states import dense_state, state_in_step
 
 part = Parts()
 
@@ -220,6 +220,14 @@ def event_value(run: Run, e: int, x: float) -> float:
     dense_state(run, x)
     evaluate(run, x)
     return run.search.g[e]
+
+
+@part
+def has_passed(run: Run, e: int, sign: int, x: float) -> int:
+    """Return 1 if an event function has the sign after its event in the state at the fraction ``x`` of the step."""
+    state_in_step(run, x)
+    evaluate(run, x)
+    return 1 if sign * run.search.g[e] >= 0.0 else 0
 
 
 @part

@@ -49,7 +49,7 @@ def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integer
         phase.mode[k], phase.dead[k] = modes[k], dead[k]
         phase.pushed[k] = slip if held != 0 else laws.NO_SLIP
         if phase.presser[k] < 0:  # resistance to rolling and spinning follows its contact, and has its normal
-            normal = at if held == 0 else -1
+            normal = at if held == 0 and modes[k] != laws.OPEN else -1
         for j in range(conditions_of(phase.tangents[k], modes[k], held)):
             set_condition(phase, at, k, j + held, slip)
             if at != normal:

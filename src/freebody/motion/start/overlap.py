@@ -1,14 +1,26 @@
-"""Refusal of an initial state in which bodies are inside each other."""
+"""Bodies inside each other: refused in an initial state, and told of where one comes around a side in the motion."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import pairwise
+from typing import Any
 
+import numpy as np
+
+from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError
 from ...model.contact import Contact
 
 LISTED = 8
 """Number of contacts that the message names, the deepest first."""
+DEEP = 1e-8
+"""Depth [m] that is no round-off of a gap."""
+INSIDE = "counts as inside its body"
+SOLID = (
+    "A body that others touch all around is a solid in a family: s.contacts([body.box(...) or body.hull(...), ...]), "
+    "with body.sphere(radius) for a disk."
+)
 
 
 def sides_of(contacts: Iterable[Contact]) -> set[str]:
@@ -39,11 +51,25 @@ def refuse_overlap(
     listed = ", ".join(f"'{name}' {depth:.6g} m deep" for name, depth in inside[:LISTED])
     more = f" and {len(inside) - LISTED} more" if len(inside) > LISTED else ""
     behind = ", ".join(f"'{name}'" for name, _ in inside[:LISTED] if name in sides)
-    body = (
-        f" All that is behind the side of {behind} counts as inside its body. A body that others touch all around is a "
-        "solid in a family: s.contacts([body.box(...) or body.hull(...), ...]), with body.sphere(radius) for a disk."
-    )
+    body = f" All that is behind the side of {behind} {INSIDE}. {SOLID}"
     raise SimulationError(
         f"The initial state of '{machine}' has contact{'s' * (len(inside) > 1)} {listed}{more}. "
         f"Begin with every gap at zero or above{cure}.{body if behind else ''}"
     )
+
+
+def behind_sides(sides: Collection[str], times: Any, motions: Mapping[str, Any]) -> Iterator[MotionWarning]:
+    """Yield a warning for each contact of ``sides`` that is open and deep at some of the times.
+
+    A foot that leaves a side at its end may come around it. Nothing touches a side from behind.
+    """
+    for name in sorted(sides):
+        gap, mode = motions[name].gap, motions[name].mode
+        deep = (gap < -DEEP) & (mode == "open")
+        edges = np.flatnonzero(np.diff(deep, prepend=False, append=False))
+        if edges.size:
+            spans = tuple((float(times[a]), float(times[b - 1])) for a, b in list(pairwise(edges))[::2])
+            yield MotionWarning(
+                name, "overlap", spans[0][0], "comes behind the side", float(gap[deep].min()), spans,
+                f"All that is there {INSIDE}", SOLID, "m",
+            )  # fmt: skip

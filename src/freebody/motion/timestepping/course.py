@@ -28,6 +28,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array
 from ..start.initial import number
+from ..start.overlap import behind_sides, sides_of
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -261,8 +262,11 @@ class InSteps:
         )
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
-        """Return a warning if the steps have made more energy than the machine had, and for turns too far."""
-        return self._warnings
+        """Return a warning if the steps have made more energy than the machine had, for turns too far, and for
+        what comes behind a side.
+        """
+        sides = sides_of(self.kernels.model.contacts)
+        return (*self._warnings, *(behind_sides(sides, motion.t, motion.contacts) if sides else ()))
 
     @cached_property
     def _warnings(self) -> tuple[MotionWarning, ...]:
@@ -284,16 +288,18 @@ class InSteps:
             self.impulses.modes[self._step_of(times)] if len(self.impulses.modes) else none
         ]
         result: dict[str, ContactMotion] = {}
+        pressures: dict[str, Array] = {}
         for e, contact in enumerate(model.contacts):
             at, n = first[e], tangents[e]
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
-            if contact.presser:
-                lam[:, 0] = result[contact.presser].normal
-            mu = self.static_friction(contact.name, contact, times, motion.states)
+            mode = np.array([contact.shown(x) for x in modes[:, e]])
             pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
+            if contact.presser:
+                pressure = lam[:, 0] = np.where(mode == "open", 0.0, pressures[contact.presser])
+            pressures[contact.name] = pressure
+            mu = self.static_friction(contact.name, contact, times, motion.states)
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")
             margin = friction_margin(mu, pressure, lam[:, 1:].T, ratio, np.sqrt)
-            mode = np.array([contact.shown(x) for x in modes[:, e]])
             if not contact.compliant:
                 approaches[mode != "open", e] = 0.0
             result[contact.name] = ContactMotion(

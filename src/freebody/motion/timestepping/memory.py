@@ -98,6 +98,7 @@ def memory_of(
         machine.spin[k] = np.flatnonzero(shape.order == link.u)[0]
         machine.block[k] = np.searchsorted(shape.blocks, machine.spin[k], side="right") - 1
     contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
+    contacts.seen, contacts.behind = np.zeros((contacts.reaches, 2)), np.zeros(contacts.reaches, np.int64)
     contacts.tangents = np.array(tangents, dtype=np.int64)
     contacts.mu = np.array(
         [
@@ -185,7 +186,9 @@ def _islands(blocks: int, most: int, n: int, wide: int) -> Islands:
     """Return the memory for islands of a problem of at most ``most`` rows, each of ``wide`` blocks, and n speeds."""
     rows, speeds = min(most, ISLAND_ROWS), min(n, ISLAND_SPEEDS)
     dense = min(rows, DENSE_ROWS)
-    result = Islands.made(blocks=blocks, most=rows, n=speeds, squares=dense * dense)
+    result = Islands.made(
+        blocks=blocks, most=rows, n=speeds, squares=dense * dense, links=min(blocks, speeds) ** 2
+    )
     result.dense.most = dense
     result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
     result.at, result.touching = np.zeros(blocks + 1, np.int64), np.zeros(wide * most, np.int64)

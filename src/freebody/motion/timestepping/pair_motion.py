@@ -98,7 +98,10 @@ def pair_motion(course: Any, motion: Any, family: Family, name: str) -> ContactM
     mode = np.array(MODES)[modes[course._step_of(motion.t)]]
     law = contact.name if contact.presser else family.name
     mu = course.static_friction(law, contact, motion.t, motion.states)
-    pressure = forces[:, 0] + number(model, course.values, contact.adhesion, "an adhesion")
+    pressing = cast(Any, family.element(contact.presser or name))
+    pressure = forces[:, 0] + number(model, course.values, pressing.adhesion, "an adhesion")
+    if contact.presser:
+        pressure = forces[:, 0] = np.where(mode == "open", 0.0, pressure)
     across = 1.0
     if contact.friction_across is not None:
         across = number(model, course.values, contact.stretch, "a ratio of friction")

@@ -20,7 +20,7 @@ def test_the_laws_hold_in_what_it_finds_after_a_few_sweeps(kinds, seed):
     problem = dense.memory
     problem.x[:] = 0.0
     loop.code("motion.cones.sweeps", "solve")(problem, Sweeping.made(most=m), 1e-12, 8)
-    memory = Newton.made(most=m, n=problem.blocks.n)
+    memory = Newton.made(most=m, n=problem.blocks.n, links=1)
     assert loop.code("motion.cones.descent", "descend")(problem, memory, 1e-12, 1e-12, 12, 1.0) <= 1e-12
     x = problem.x[:m]
     assert dense.rated(x, A @ x + b) <= 2e-12
@@ -31,6 +31,6 @@ def test_what_solves_the_problem_stays():
     dense = DenseProblem(np.eye(2), np.array([-1.0, 0.0]), [NORMAL, LINE], [0, 0.5])
     dense.from_zero()
     before = dense.memory.x.copy()
-    memory = Newton.made(most=2, n=dense.memory.blocks.n)
+    memory = Newton.made(most=2, n=dense.memory.blocks.n, links=1)
     assert loop.code("motion.cones.descent", "descend")(dense.memory, memory, 1e-12, 1e-12, 12, 1.0) <= 1e-12
     assert (dense.memory.x == before).all() and memory.factored == 0

@@ -15,7 +15,7 @@ def approached(A, b, kinds, mu):
     dense = DenseProblem(A, b, kinds, mu)
     dense.from_zero()  # sets the rows
     problem = dense.memory
-    memory = Newton.made(most=len(b), n=problem.blocks.n)
+    memory = Newton.made(most=len(b), n=problem.blocks.n, links=1)
     assert loop.code("motion.cones.interior", "is_served")(problem) == 1
     loop.code("motion.cones.interior", "begin")(problem, memory.path, 0.1, 1.0)
     left = loop.code("motion.cones.interior", "go_on")(problem, memory, NEAR, STEPS)

@@ -229,6 +229,28 @@ def test_a_function_has_changed_its_sign_at_its_event():
         assert float(found["x"][-1]) <= x
 
 
+@pytest.mark.parametrize(("tolerance", "known"), [(1e-9, True), (1e-6, False)])
+def test_states_beside_each_other_take_one_shorter_step(tolerance, known):
+    """Eleven stages, the rates there and theirs; at a loose tolerance each state is the end of a shorter step."""
+    apart = 1e-8
+    options = {"until": 1, "tolerance": tolerance}
+    plain, found = motion([], **options), motion(["x", f"x - {apart}"], **options)
+    assert len(found.path.crossings) == 2
+    for crossing in found.path.crossings:
+        assert crossing.state[0] == pytest.approx(crossing.number * apart, abs=2e-15)
+        assert crossing.state == pytest.approx(found.path.sample([crossing.time])[0], abs=2e-15)
+        assert crossing.state[0] == pytest.approx(math.cos(2 * crossing.time), abs=10 * tolerance)
+    assert (found.path.evaluations - plain.path.evaluations <= 11 + 2) == known
+
+
+def test_events_after_the_stop_are_told_by_its_state():
+    """x falls through 0.001, where the run stops, and in that step through 0; one 5e-14 s later is kept."""
+    stop = fb.event("x - 0.001", terminal=True)
+    alone, found = motion([stop], until=1), motion([stop, "x", "x - 0.001 + 1e-13"], until=1)
+    assert [event.name for event in found.events] == ["x - 0.001", "x - 0.001 + 1e-13"]
+    assert found.path.evaluations == alone.path.evaluations
+
+
 def test_round_off_is_no_reason_to_search_on():
     """A function that is zero but for round-off has events, but is not searched without end."""
     found = motion(["2*x'^2 + 8*x^2 - 8"], until=1)

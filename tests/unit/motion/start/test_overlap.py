@@ -1,5 +1,6 @@
 """Bodies that begin inside each other: one message names all of them."""
 
+import numpy as np
 import pytest
 
 import freebody as fb
@@ -43,3 +44,44 @@ def test_a_disk_behind_the_far_side_of_a_box_is_told_of_solids(options):
     motion = fb.simulate(s, 1, initial=start, samples=101, **options)
     assert motion["x2'"][-1] > -1 and motion["x'"][-1] < -0.5
     assert motion["pile[disk,box].gap"].min() > -1e-3
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "timestepping", "step": 1e-3}])
+def test_what_comes_behind_a_side_is_told_and_not_touched_from_behind(options):
+    """A pendulum swings around the end of a shelf, up through it, and lands on it."""
+    machines = [fb.System("shelf"), fb.System("free")]
+    for s in machines:
+        s.gravity = (0, -9.81, 0)
+        bob = s.body("bob", fb.particle(1))
+        s.hinge("pin", s.ground, bob, at=(1.2, 0.3, 0), to=(0, 1, 0), axis="z", coordinate="q")
+        if s is machines[0]:
+            s.contact("shelf", bob.origin, s.ground.segment((-1, 0, 0), (1, 0, 0), normal="y"), friction=0.1)
+    motion, free = (fb.simulate(s, 3, initial={"q": 1.5}, **options) for s in machines)
+    before = motion.t < 1.38
+    assert motion["q"][before] == pytest.approx(free["q"][before], abs=1e-8)
+    (warning,) = motion.warnings
+    assert str(warning).startswith("shelf: comes behind the side, -0.67")
+    assert "All that is there counts as inside its body: from t = 0.63" in str(warning)
+    assert "A body that others touch all around is a solid in a family" in str(warning)
+    ((begins, ends),) = warning.spans
+    for time, inside in ((begins, True), (ends, True), (begins - 0.01, False), (ends + 0.01, False)):
+        x, y = 1.2 + np.sin(motion.at(time)["q"]), 0.3 - np.cos(motion.at(time)["q"])
+        assert (abs(x) < 1 and y < 0) == inside
+    (landing,) = [event for event in motion.events if "open → stick" in str(event)]
+    assert landing.time == pytest.approx(1.3846, abs=2e-3)
+    assert motion["q"][-1] == pytest.approx(-np.arccos(0.3))  # height 0
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "timestepping", "step": 1e-2}])
+def test_what_lands_near_the_end_of_a_side_within_a_step_is_stopped(options):
+    s = fb.System("ledge")
+    s.gravity = (0, -9.81, 0)
+    stone = s.body("stone", fb.particle(1))
+    s.chain("fly", s.ground, stone, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("ledge", stone.origin, s.ground.segment((0, 0, 0), (1, 0, 0), normal="y"), friction=0)
+    start = {"x": -0.02, "x'": 4.2, "y": 0.04, "y'": -8}  # over the end at t = 0.0048, at y = 0.002
+    motion = fb.simulate(s, 0.1, initial=start, **options)
+    assert motion["y"][-1] == pytest.approx(0, abs=1e-9) and not motion.warnings
+    start["y"] = 0.036  # at y = -0.002
+    motion = fb.simulate(s, 0.1, initial=start, **options)
+    assert motion["y"][-1] < -0.7 and [warning.name for warning in motion.warnings] == ["ledge"]

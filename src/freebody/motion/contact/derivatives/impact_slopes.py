@@ -24,6 +24,7 @@ import numpy as np
 
 from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
+from ...phase.candidates.speed_blocks import coupled_speeds
 from ...phase.scene import Phase
 from ...phase.snapshot import Snapshot
 from ..impact import Impact
@@ -46,6 +47,8 @@ class Law(NamedTuple):
     ``place``     that of its coefficient of friction among its laws; ``turn``: (1 - d dᵀ)/|v_T⁺|
     ``grown``     e times the derivatives of Λ_C, if it presses with e Λ_C
     ``load``      the load of a joint with its derivatives
+    ``tied``      True if it presses with e Λ_C and has v_N⁺ = 0, too, as a contact at rest beside another one without
+                  friction: both laws must give the same derivatives
     """
 
     contact: int
@@ -62,6 +65,7 @@ class Law(NamedTuple):
     turn: Any = None
     grown: Any = None
     load: Load | None = None
+    tied: bool = False
 
     @property
     def rows(self) -> list[int]:
@@ -90,6 +94,14 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
             what = f"contacts {names} would not collide together if '{slopes.unknowns[j].name}' changed"
             raise refused(slopes, hit.t, what)
         result[j, n_q:], forces[j, rows] = x[:n], x[n : n + len(rows)]
+        still = np.concatenate([result[j, :n_q], np.zeros(n)])
+        for k, normal in ((law.contact, law.normal) for law in laws if law.tied):
+            rate = (
+                slopes.of_contact(k, hit.t, hit.after, still, tau[j], slopes.seeds[j]).rates[0]
+                + W[normal] @ x[:n]
+            )
+            if abs(rate) > AT_LIMIT * np.abs(W[normal] * x[:n]).max():
+                raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     return result, forces
 
 
@@ -162,7 +174,7 @@ def laws_of_impact(slopes: Slopes, hit: Impact) -> list[Law]:
     """Return the laws of the contacts that press."""
     before, after = slopes.look(hit.t, hit.before), slopes.look(hit.t, hit.after)
     largest, result = np.abs(hit.impulses).max(initial=0), []
-    for k in hit.chosen:
+    for k in _struck(slopes, hit, NONE * largest):
         law = _law_of(slopes, hit, k, (before, after), NONE * largest)
         if law is not None:
             result.append(law)
@@ -179,6 +191,19 @@ def laws_of_impact(slopes: Slopes, hit: Impact) -> list[Law]:
                 slopes, hit.t, f"{title(slopes, law.contact)} is between stick and slip in an impact"
             )
     return result
+
+
+def _struck(slopes: Slopes, hit: Impact, none: float) -> Sequence[int]:
+    """Return the contacts of the islands in which impulses act: what rests elsewhere takes no part."""
+    if hit.taken or hit.blown is not None:
+        return hit.chosen
+    blocks = slopes.scene.candidates.pattern.blocks
+    pressed = {
+        blocks.contacts[k][0] for k in hit.chosen if np.abs(hit.impulses[rows_of(slopes, [k])]).max() > none
+    }
+    islands = coupled_speeds(len(blocks.starts) - 1, [blocks.contacts[k] for k in hit.chosen])
+    struck = {block for island in islands if pressed & {*island} for block in island}
+    return [k for k in hit.chosen if blocks.contacts[k][0] in struck]
 
 
 def _is_at_limit(hit: Impact, law: Law) -> bool:
@@ -206,13 +231,15 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         given, of_impulses = hit.compressed
         least, grown, rebound = e * max(float(given[at]), 0.0), e * of_impulses[:, at], after.rate[at]
     presses = hit.taken or N - least > none
-    if not presses and not rebound > still:
+    tied = not presses and not rebound > still and least > none
+    if not presses and not rebound > still and not tied:
         raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     if not presses and least <= none:
         return None
     if presses and hit.compressed is not None:
         e, part, grown = 0.0, 0.0, None
-    return _with_friction(slopes, hit, k, seen, Law(k, at, [], k, N, e, part, speed, grown=grown))
+    law = Law(k, at, [], k, N, e, part, speed, grown=grown, tied=tied)
+    return _with_friction(slopes, hit, k, seen, law)
 
 
 def _with_friction(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot], law: Law) -> Law:

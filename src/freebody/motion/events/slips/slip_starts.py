@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 from ....native.instructions import compiled, greater, lesser, root
+from ...cones.block_rows import dot
 from ...cones.contacts import Contacts
 from ...phase import laws
 from .. import limits
 from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
-from ..moment import acceleration_of, add_forces, approaches, copy, is_smooth, largest, look, slip_speed
+from ..moment import (
+    acceleration_of,
+    add_forces,
+    add_response,
+    approaches,
+    copy,
+    is_smooth,
+    largest,
+    look,
+    response,
+    row_of,
+    slip_speed,
+)
 from ..setting import begins_slip, leaves_rest, project, set_up
 from .straight_steps import UPSET, go_straight, log_leap, upset
+
+FIRM = 100.0
+"""Multiple of the speed of a slip that begins at which the rest of the machine may move by that."""
 
 
 @compiled
@@ -77,19 +93,47 @@ def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
 
 
 @compiled
+def is_gentle(it: EventRun) -> int:
+    """Return 1 if the impulses that nudge slips change little else, 0 if the machine would be hit by them.
+
+    Where other contacts nearly hold the one that slips, it slips at a part of the speed of the machine, and by a nudge
+    that would have to be a multiple of it. Other slow slips must keep their directions.
+    """
+    work, alone = 0.0, 0.0
+    for k in range(it.contacts):
+        if leaves_rest(it, k) != 0:
+            for j in range(it.tangents[k]):
+                r, goal = it.first[k] + 1 + j, limits.NUDGE * it.way[k, j]
+                work += it.whole[r] * goal
+                alone += goal * goal / response(it, r, r) if goal != 0.0 else 0.0
+    if work > FIRM * FIRM * alone:
+        return 0
+    for i in range(it.n):
+        it.v[i] = 0.0
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            add_response(it, it.whole[r], r, it.v)
+    for k in range(it.contacts):
+        for j in range(1 + it.tangents[k] if it.mode[k] != laws.OPEN else 0):
+            r = it.first[k] + j
+            it.speeds[r] = dot(row_of(it, it.W, r), it.v, it.n)
+    return 1 - upset(it, -1, 1.0)
+
+
+@compiled
 def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, whole: int) -> int:
     """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
 
     This moment is a straight step of at most ``longest`` that gives the slip a direction. It ends before where a
-    contact closes. Return -1 if the others prevent the slip in the direction of its acceleration, and `UPSET` if other
-    slow slips would turn within the step, and ``whole`` is not 0.
+    contact closes. Return -1 if the others prevent the slip in the direction of its acceleration, or would move by it,
+    and `UPSET` if other slow slips would turn within the step, and ``whole`` is not 0.
     """
     least = pull(it)
     if least < 0.0:
         return 0
     n_q, n = it.n_q, it.n
     if least <= limits.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
-        if nudged(it, contacts, -1) == 0:
+        if nudged(it, contacts, -1) == 0 or is_gentle(it) == 0:
             return -1
         work = it.impulses
         move_speeds(it)

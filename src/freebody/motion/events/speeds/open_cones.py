@@ -116,4 +116,5 @@ def rest_given_up(it: EventRun) -> int:
     if not (rests and are_near_cones(it, -limits.SMALL, 0) != 0):
         return 0
     it.holding, it.creeping, it.stage = 0, 0, event_run.DECIDE
+    PhaseData(it.phase).stopped = it.slowest
     return 1

@@ -62,7 +62,7 @@ def creep(it: EventRun, contacts: Contacts) -> int:
 def open_pulling(it: EventRun, contacts: Contacts) -> None:
     """Open the contacts that have pressed in a step, since they approached, and pull after it."""
     set_up(it, contacts)
-    while has_forces(it, contacts) != 0 and opened(it, contacts) >= 0:
+    while has_forces(it) != 0 and opened(it) >= 0:
         set_up(it, contacts)
 
 

@@ -17,7 +17,7 @@ from ..log import log_modes, log_phase, log_state
 from ..moment import approaches, choose_all, copy_wholes, find_closed, joined, look
 from ..rings import follow_load, stand
 from ..setting import find_flights, lift, set_up, shortest_flight
-from ..shares import forces_decide
+from ..shares import forces_decide, leave_pulling
 from ..slips.slip_starts import begin_slip, turned_over
 from ..slips.straight_steps import UPSET
 from ..speeds.held_phases import end_of_phase
@@ -165,7 +165,17 @@ def setting(it: EventRun, contacts: Contacts) -> int:
             return FINISHED
         it.stage = stage_after_slip(it)
         set_up(it, contacts)
+        share_again(it, contacts, decides)
     return RUNNING
+
+
+@compiled
+def share_again(it: EventRun, contacts: Contacts, decides: int) -> None:
+    """Open the contacts whose shares of open forces pull, now that slips have directions."""
+    if it.stage == event_run.LAUNCH and it.spare_count > 0:
+        choose_all(it)
+        leave_pulling(it, contacts)
+        log_modes(it, 1 if it.resting != 0 else it.hit, decides)
 
 
 @compiled

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ....native.instructions import compiled, lesser, run_by
+from ....native.instructions import compiled, greater, lesser, run_by
 from ...cones.contacts import Contacts
 from ...kernels.switching import IS_STUCK, OTHER_SIDES, same
-from ...ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFINED
+from ...ode.layout import COLLAPSED, FINISHED, NOT_FINITE, RUNNING, STIFF, TERMINAL, UNDEFINED
 from ...ode.run import Run
 from ...phase import laws
 from ...phase.phase_record import PhaseData
@@ -18,7 +18,7 @@ from ..impacts.borne_loads import keep_loads
 from ..impacts.bounces import end_rest
 from ..jumps import arrived, judge_sides, jumped, leave_idle, stick, take_crossing
 from ..log import log_phase, log_state, room_for_event
-from ..moment import choose, copy, copy_wholes, joined, look
+from ..moment import choose_all, copy, copy_wholes, joined, largest, look
 from ..setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from ..shares import forces_decided
 from ..slips.slip_ends import fading, halt, turn_back
@@ -28,12 +28,31 @@ from ..speeds.held_phases import end_of_phase, keep_start, pass_dead_centre
 from ..speeds.speeds import decided_by_speeds
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 
+CORRECTED = 1e-6
+"""Change of the speeds as a phase begins, relative to the greatest, above which it is an impact: the lowest point of a
+disk that is flat to 1e-11 m is another one after a correction of its place."""
+
+
+@compiled
+def speeds_moved(it: EventRun) -> float:
+    """Return the greatest change of the speeds since they were kept, relative to 1 or the greatest speed."""
+    change = 0.0
+    for i in range(it.n_q, it.n_q + it.n):
+        change = greater(change, abs(it.y[i] - it.kept[i]))
+    return change / (1.0 + largest(it.y[it.n_q :], it.n))
+
 
 @compiled
 def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Put the state onto the conditions and begin the steps, or go back to the event; return why Python is asked."""
+    copy(it.y, it.kept, it.n_y)
     project(it)
     look(it)
+    if it.resting == 0 and it.corrected_at != it.t and speeds_moved(it) > CORRECTED:
+        copy(it.kept[it.n_q :], it.y[it.n_q :], it.n)
+        look(it)
+        it.corrected_at, it.stage = it.t, event_run.CORRECT
+        return RUNNING
     lift(it, contacts)
     end = end_of_phase(it)
     if it.resting == 0:
@@ -68,25 +87,11 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
-    # no accelerations agree with the loads of joints; a step of the speeds has those of before
-    undefined = it.loads > 0 and it.resting == 0 and is_defined(it) == 0
-    if undefined and decided_by_speeds(it, contacts, end - it.t) != 0:
-        return RUNNING
     if it.creeping != 0 and it.implicit == 0:
         it.pace = shortest_turn(it)
         return event_run.OTHER_METHOD
     begin_steps(it, run, end)
     return RUNNING
-
-
-@compiled
-def is_defined(it: EventRun) -> int:
-    """Return 1 if the rates at the start of a phase are finite, else 0."""
-    it.rates(it.t, it.y, it.phase, it.step)
-    for i in range(it.n_y):
-        if not math.isfinite(it.step[i]):
-            return 0
-    return 1
 
 
 @compiled
@@ -122,8 +127,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
         return event_run.PAUSE
     if it.logged + limits.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
-    piece = limits.PIECE if it.budget > limits.PIECE else it.budget
-    run.room = piece if it.steps_left > piece else it.steps_left
+    # whole pieces, whatever is left of the budget, which the clock decides: implicit steps end at the end of one
+    run.room = limits.PIECE if it.steps_left > limits.PIECE else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
@@ -159,8 +164,24 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
+def have_laws(it: EventRun) -> int:
+    """Return 1 if there are closed contacts, and their friction had a value when they were looked at last, else 0."""
+    for k in range(it.contacts):
+        if it.mode[k] != laws.OPEN and not math.isfinite(it.coefficients[4 * k] + it.coefficients[4 * k + 1]):
+            return 0
+    return 1 if PhaseData(it.phase).closed_count > 0 else 0
+
+
+@compiled
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
-    """Log a phase, and say why it ends."""
+    """Log a phase, and say why it ends.
+
+    Where rates are not finite, conditions depend on each other, as at a dead centre, or no load of a joint agrees with
+    its friction. A step of the speeds, which has dependent rows and the loads of before, goes on from there.
+    """
+    lost = status == NOT_FINITE and it.resting == 0 and have_laws(it) != 0
+    if lost and it.t == run.start and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+        return RUNNING
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
@@ -169,6 +190,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
         if fading(it, 0) >= 0:  # the rest of a series, in which contacts are closed anyway, is not waited for
             it.until, status = it.t, FINISHED
             it.holding = event_run.AT_REST if it.resting == 0 else it.holding
+    if lost and it.t > run.start:
+        it.until, status, it.holding = it.t, FINISHED, event_run.AT_REST
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
         it.blame = it.ending[it.blame - it.events]
@@ -220,7 +243,7 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 copy_wholes(it.mode, it.before, it.contacts)
                 for j in range(it.contacts):
                     it.way_before[j, 0], it.way_before[j, 1] = it.way[j, 0], it.way[j, 1]
-                choose(it)
+                choose_all(it)
                 it.stage = event_run.HALTED
                 return decide(it, contacts)
             if it.halting != 0 and changed == 0:
@@ -243,7 +266,7 @@ def judge(it: EventRun, run: Run, contacts: Contacts) -> int:
     else:
         copy(it.kept, it.y, it.n_y)
         look(it)
-        set_up(it, contacts)  # the decision has written the equations of its own modes
-        if it.halting != 0:
-            begin_steps(it, run, end_of_phase(it))
+    set_up(it, contacts)  # the decision has written the equations of its own modes
+    if not sticks and it.halting != 0:
+        begin_steps(it, run, end_of_phase(it))
     return RUNNING
