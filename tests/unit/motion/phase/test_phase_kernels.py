@@ -77,7 +77,7 @@ def test_nothing_reads_rows_of_far_contacts(monkeypatch):
 
     monkeypatch.setattr(run, "answered", answer)
     monkeypatch.setattr(run, "FEW", 0)
-    monkeypatch.setattr(run.limits, "NO_PAUSE", 4)  # so that the loop answers every few stages
+    monkeypatch.setattr(run.limits, "NO_PAUSE", 1)  # so that the loop answers after each stage
     assert np.array_equal(states(thrown_cubes()[0], start)[0], plain)
     assert len(spoiled) > 20
     assert sum(spoiled) > 0  # they had been near
