@@ -177,10 +177,13 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends.
 
     Where rates are not finite, conditions depend on each other, as at a dead centre, or no load of a joint agrees with
-    its friction. A step of the speeds, which has dependent rows and the loads of before, goes on from there.
+    its friction. A step of the speeds, which has dependent rows and the loads of before, goes on from there. Where a
+    contact slips with friction, it may be a jam that motion leads into, and would be passed by an impulse.
     """
+    jams = PhaseData(it.phase).slipping != 0
     lost = status == NOT_FINITE and it.resting == 0 and have_laws(it) != 0
-    if lost and it.t == run.start and decided_by_speeds(it, contacts, it.target - it.t) != 0:
+    at_start = lost and it.t == run.start and (it.loads > 0 or not jams)
+    if at_start and decided_by_speeds(it, contacts, it.target - it.t) != 0:
         return RUNNING
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
@@ -190,7 +193,7 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
         if fading(it, 0) >= 0:  # the rest of a series, in which contacts are closed anyway, is not waited for
             it.until, status = it.t, FINISHED
             it.holding = event_run.AT_REST if it.resting == 0 else it.holding
-    if lost and it.t > run.start:
+    if lost and it.t > run.start and not jams:
         it.until, status, it.holding = it.t, FINISHED, event_run.AT_REST
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
