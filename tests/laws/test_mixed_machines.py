@@ -46,3 +46,14 @@ def test_a_dead_centre_of_points_at_rest_is_passed():
     s, start = thrown(857)
     motion = fb.simulate(s, UNTIL, initial=start)
     assert motion.status == "finished" and motion.energy.relative_residual < 1e-7
+
+
+@pytest.mark.slow
+def test_open_forces_hold_a_box_on_a_turntable():
+    """Its four corners were at their limits in steps of 1 µs, by what their rows turn in half of one."""
+    assert violated(463) == []
+
+
+def test_a_disk_on_a_ball_joint_comes_to_lie_flat():
+    """It lands at the tilt of 1e-11 m at which its four points take over from its edge."""
+    assert violated(394) == []
