@@ -57,3 +57,8 @@ def test_open_forces_hold_a_box_on_a_turntable():
 def test_a_disk_on_a_ball_joint_comes_to_lie_flat():
     """It lands at the tilt of 1e-11 m at which its four points take over from its edge."""
     assert violated(394) == []
+
+
+def test_a_drum_slaps_its_face_onto_the_floor():
+    """Its steps collapse at tilts of 1.1e-11 m that fall at 2 m/s, since its lowest point runs round within 1e-12 s."""
+    assert violated(879) == []
