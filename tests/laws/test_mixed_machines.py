@@ -62,3 +62,8 @@ def test_a_disk_on_a_ball_joint_comes_to_lie_flat():
 def test_a_drum_slaps_its_face_onto_the_floor():
     """Its steps collapse at tilts of 1.1e-11 m that fall at 2 m/s, since its lowest point runs round within 1e-12 s."""
     assert violated(879) == []
+
+
+def test_moments_that_resist_rolling_share_open_forces_by_their_arms():
+    """A ball cannot roll, as its hinge is at a stop; with M counted in Nm as a force in N the stop pulled."""
+    assert violated(89) == []

@@ -292,19 +292,10 @@ def opens_pulling(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def opened(it: EventRun) -> int:
-    """Open the contact that pulls most, and what resists its rolling; return it, or -1 if none does."""
-    found = pulling(it)
-    if found >= 0:
-        it.mode[found] = laws.OPEN
-        for r in range(it.contacts):
-            if it.presser[r] == found:
-                it.mode[r] = laws.OPEN
-    return found
+    """Open the contact that pulls most, and what resists its rolling; return it, or -1 if none does.
 
-
-@compiled
-def pulling(it: EventRun) -> int:
-    """Return the contact that pulls most, or -1 if none does. Forces are those in ``speeds`` (`has_forces`)."""
+    Forces are those in ``speeds`` (`has_forces`).
+    """
     found, most = -1, 0.0
     for i in range(it.count):
         k = it.chosen[i]
@@ -315,4 +306,9 @@ def pulling(it: EventRun) -> int:
         bears = it.adhesion[k] if it.adhering[k] != 0 else 0.0
         if it.held[k] == 0 and it.presser[k] < 0 and it.speeds[it.first[k]] + bears < least:
             found, least = k, it.speeds[it.first[k]] + bears
+    if found >= 0:
+        it.mode[found] = laws.OPEN
+        for r in range(it.contacts):
+            if it.presser[r] == found:
+                it.mode[r] = laws.OPEN
     return found

@@ -99,7 +99,9 @@ def begin_to_leave(it: EventRun) -> int:
     copy(it.reach, it.flight, it.contacts)
     go_straight(it)
     copy(it.trial, it.y, it.n_y)
-    normalise(it)  # a disk that is flat to 1e-11 m is smaller than the length of a quaternion shows after a straight step
+    normalise(
+        it
+    )  # a disk that is flat to 1e-11 m is smaller than the length of a quaternion shows after a straight step
     look(it)
     for i in range(it.count):
         k = it.chosen[i]

@@ -12,7 +12,7 @@ from .. import limits
 from ..event_run import EventRun
 from ..moment import approaches, copy_wholes, is_smooth, presses, size_of, slip_speed
 from ..setting import depends, listed, set_up
-from ..shares import find_shared, has_forces, leave_pulling, opened, pulling
+from ..shares import find_shared, has_forces, leave_pulling, opened
 from .open_cones import beyond_cones
 from .speed_step import presses_in_step, rests_in_step, step_of_speeds
 
@@ -25,22 +25,13 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
-        set_up(it, contacts)
-        if obeys(it) == 0 and stay_at_limits(it, contacts) == 0:
-            leave_pulling(it, contacts)
-            if beyond_cones(it, -limits.SMALL, 0) != 0:
-                stay_at_limits(it, contacts)
+        leave_pulling(it, contacts)
+        if beyond_cones(it, -limits.SMALL, 0) != 0:
+            stay_at_limits(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
     it.rested[0] = math.nan
     return 0
-
-
-@compiled
-def obeys(it: EventRun) -> int:
-    """Return 1 if the shares of open forces press and are within their cones, else 0."""
-    pulls = has_forces(it) != 0 and pulling(it) >= 0
-    return 0 if pulls or beyond_cones(it, -limits.SMALL, 0) != 0 else 1
 
 
 @compiled
@@ -136,9 +127,9 @@ def begin_at_limits(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def stay_at_limits(it: EventRun, contacts: Contacts) -> int:
+def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
     """Let what is at rest at its limit in the step stay there, of contacts in space and of joints, where equal shares
-    would pull or be beyond cones; return 1 if they obey their laws then, or 0.
+    would be beyond cones.
 
     The others hold them; their forces decide the motion, as where a ball that is clamped spins at a third contact.
     """
@@ -155,11 +146,9 @@ def stay_at_limits(it: EventRun, contacts: Contacts) -> int:
             if n == 1:
                 it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
     set_up(it, contacts)
-    if obeys(it) != 0 and are_held(it, contacts) != 0:
-        return 1
-    copy_wholes(it.before, it.mode, it.contacts)
-    set_up(it, contacts)
-    return 0
+    if beyond_cones(it, -limits.SMALL, 0) != 0 or are_held(it, contacts) == 0:
+        copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
 
 
 @compiled
