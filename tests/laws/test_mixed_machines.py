@@ -46,3 +46,24 @@ def test_a_dead_centre_of_points_at_rest_is_passed():
     s, start = thrown(857)
     motion = fb.simulate(s, UNTIL, initial=start)
     assert motion.status == "finished" and motion.energy.relative_residual < 1e-7
+
+
+@pytest.mark.slow
+def test_open_forces_hold_a_box_on_a_turntable():
+    """Its four corners were at their limits in steps of 1 µs, by what their rows turn in half of one."""
+    assert violated(463) == []
+
+
+def test_a_disk_on_a_ball_joint_comes_to_lie_flat():
+    """It lands at the tilt of 1e-11 m at which its four points take over from its edge."""
+    assert violated(394) == []
+
+
+def test_a_drum_slaps_its_face_onto_the_floor():
+    """Its steps collapse at tilts of 1.1e-11 m that fall at 2 m/s, since its lowest point runs round within 1e-12 s."""
+    assert violated(879) == []
+
+
+def test_moments_that_resist_rolling_share_open_forces_by_their_arms():
+    """A ball cannot roll, as its hinge is at a stop; with M counted in Nm as a force in N the stop pulled."""
+    assert violated(89) == []

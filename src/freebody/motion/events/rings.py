@@ -186,17 +186,42 @@ def tilt(it: EventRun, contacts: Contacts, i: int) -> None:
 
     From zero, the lowest point of a tilt that grows would have no direction; it is the one that presses.
     """
-    first, p, count = it.ring_first[i], only_bearer(it, i), 0
+    first = it.ring_first[i]
+    lay(it, contacts, first, only_bearer(it, i), HEIGHT)
+    for j in range(POINTS):
+        it.reason[first + j] = event_run.TIPS
+    it.reason[it.side[first]] = event_run.TIPS
+
+
+@compiled
+def lay(it: EventRun, contacts: Contacts, first: int, p: int, height: float) -> None:
+    """Lay a disk so that point p of its edge is in the plane, and the opposite one at a height over it."""
+    count = 0
     for j in range(3):
         k = first + (p + j) % POINTS
-        count = add_row(it, count, it.first[k], HEIGHT * j / 2.0 - it.gap[k])
+        count = add_row(it, count, it.first[k], height * j / 2.0 - it.gap[k])
     impelled(it, contacts, count)
     displace(it, it.x, count)
     normalise(it)
     look(it)
-    for j in range(POINTS):
-        it.reason[first + j] = event_run.TIPS
-    it.reason[it.side[first]] = event_run.TIPS
+
+
+@compiled
+def lands(it: EventRun, contacts: Contacts) -> int:
+    """Lay a disk flat whose edge touches and whose steps collapse as it falls flat from less than `HEIGHT`; return 1.
+
+    Places are known to 1e-17 m, so the lowest point of such a tilt to 1e-6 of a turn only, and a fast one turns by
+    radians within the 1e-12 s that are left. Return 0 if there is none.
+    """
+    for i in range(it.rings):
+        first, low, change = it.ring_first[i], 1, 0.0
+        for j in range(POINTS):
+            low = low if it.gap[first + j] < HEIGHT else 0
+            change += normal_speed(it, first + j)
+        if it.mode[it.side[first]] != laws.OPEN and low != 0 and change < -it.still:
+            lay(it, contacts, first, 0, 0.0)
+            return 1
+    return 0
 
 
 @compiled

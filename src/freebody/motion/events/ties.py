@@ -15,7 +15,7 @@ from . import event_run, limits
 from .event_run import EventRun
 from .moment import add_forces, choose, copy, largest, look, slip_speed
 from .problem import is_unloaded
-from .setting import set_up
+from .setting import normalise, set_up
 from .slips.slip_starts import slip_acceleration
 
 STEADY = 0.01
@@ -84,7 +84,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
 def begin_to_leave(it: EventRun) -> int:
     """Set ``left`` of contacts at rest at the end of their side that they leave; return their number.
 
-    The speed along the side is seen a moment later.
+    The speed along the side is seen a moment later. What takes over from a side that was left at this moment stays.
     """
     choose(it)
     at_end, found = 0, 0
@@ -98,10 +98,14 @@ def begin_to_leave(it: EventRun) -> int:
     copy(it.reach, it.flight, it.contacts)
     go_straight(it)
     copy(it.trial, it.y, it.n_y)
+    normalise(
+        it
+    )  # a disk that is flat to 1e-11 m is smaller than the length of a quaternion shows after a straight step
     look(it)
     for i in range(it.count):
         k = it.chosen[i]
-        if it.flight[k] <= it.near and it.away[k] < -it.still:
+        takes_over = it.side[k] >= 0 and it.left[it.side[k]] != 0
+        if it.flight[k] <= it.near and it.away[k] < -it.still and not takes_over:
             it.left[k], found = 1, found + 1
     copy(it.kept, it.y, it.n_y)
     look(it)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...native.functions import components
 from ...native.instructions import Reals, compiled, greater, lesser
 from .conditions import eliminated, force_row, joint
-from .contact_outputs import force_of, inner
+from .contact_outputs import force_of, inner, static_friction_of
 from .phase_record import PhaseData
 
 PULL = 1e-9
@@ -17,7 +17,7 @@ def shared(phase: PhaseData) -> int:
     """Set λ of all conditions to forces of equal compliance with ``right``; return 0 if they do not exist, else 1."""
     S, Q = phase.S, phase.Q
     for j in range(phase.conditions):
-        phase.weight[j], first = 1.0, phase.active_at[phase.island[j]]
+        phase.weight[j], first = unit(phase, j), phase.active_at[phase.island[j]]
         for a in range(phase.active_at[phase.island[j] + 1] - first):
             i = phase.independent[first + a]
             Q[j, a] = joint(phase, i, j, phase.G[j])
@@ -35,6 +35,15 @@ def shared(phase: PhaseData) -> int:
 
 
 @compiled
+def unit(phase: PhaseData, j: int) -> float:
+    """Return W of a condition per force: 1, and δ² of a moment M that resists rolling or spinning, as the force M/δ."""
+    k = phase.source[j]
+    if k < 0 or phase.presser[k] < 0:
+        return 1.0
+    return static_friction_of(phase, k) ** 2
+
+
+@compiled
 def weigh(phase: PhaseData, island: int) -> None:
     """Set W of an island to the first shares of its normal forces."""
     mean = mean_normal(phase, island, phase.lam, 1.0)
@@ -42,9 +51,9 @@ def weigh(phase: PhaseData, island: int) -> None:
         j = phase.members[m]
         k = phase.source[j]
         if phase.normal_of[j] >= 0:
-            phase.weight[j] = phase.lam[phase.normal_of[j]]
+            phase.weight[j] = unit(phase, j) * phase.lam[phase.normal_of[j]]
         elif k >= 0 and phase.held[k] != 0:
-            phase.weight[j] = force_of(phase, k)[0]
+            phase.weight[j] = unit(phase, j) * force_of(phase, k)[0]
         else:
             phase.weight[j] = mean
 
@@ -135,16 +144,16 @@ def product_of_shares(phase: PhaseData, a: int, forces: Reals) -> float:
 
 @compiled
 def first_shares(phase: PhaseData, forces: Reals, weights: Reals, firsts: Reals) -> int:
-    """Set ``firsts`` to the forces that W = 1 shares, of the λ ``forces`` of a phase, and ``weights`` to its W.
+    """Set ``firsts`` to the forces that W = `unit` shares, of the λ ``forces`` of a phase, and ``weights`` to its W.
 
-    Leave W = 1. Return 0 if a contact without load has none, else 1.
+    Leave W = `unit`. Return 0 if a contact without load has none, else 1.
     """
     good = 1
     for i in range(phase.conditions):
         weights[i] = phase.weight[i]
         if not phase.weight[i] > 0.0:
             good = 0
-        phase.weight[i] = 1.0
+        phase.weight[i] = unit(phase, i)
     for a in range(phase.active):
         phase.right[phase.independent[a]] = product_of_shares(phase, a, forces)
     weighted(phase)

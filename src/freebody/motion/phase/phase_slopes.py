@@ -43,9 +43,10 @@ from .contact_outputs import (
     product,
     rates_of,
     row_taken,
+    static_friction_of,
     touch_along,
 )
-from .equal_shares import first_shares, mean_normal, product_of_shares, set_weights, weighted
+from .equal_shares import first_shares, mean_normal, product_of_shares, set_weights, unit, weighted
 from .phase_kernels import rates
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
@@ -128,7 +129,10 @@ def rubbed(it: PhaseSlopes, phase: PhaseData, k: int, slip: int, change: float) 
 
 @compiled
 def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Reals) -> None:
-    """Set ``shares`` to W (dG w + G M⁻¹ (-dM w + dG_aᵀ ν)) of all conditions, whose forces W G w are shared."""
+    """Set ``shares`` to W (dG w + G M⁻¹ (-dM w + dG_aᵀ ν)) + dW G w of all conditions, whose forces W G w are shared.
+
+    W changes with its units.
+    """
     n, z, w = it.n, it.z, phase.step
     for i in range(phase.conditions):
         phase.right[i] = forces[i] / phase.weight[i]
@@ -150,7 +154,18 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
     forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
         own = condition_change(it, phase, i, it.udot)
-        shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n))
+        shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n)) + forces[i] * unit_change(
+            it, phase, i
+        )
+
+
+@compiled
+def unit_change(it: PhaseSlopes, phase: PhaseData, i: int) -> float:
+    """Return the derivative of the `unit` of a condition, relative to it."""
+    k = phase.source[i]
+    if k < 0 or phase.presser[k] < 0:
+        return 0.0
+    return 2.0 * it.touch[phase.laws_at[k] + 1] / static_friction_of(phase, k)
 
 
 @compiled
@@ -238,7 +253,7 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
     n, z, weight = it.n, it.z, phase.weight
     if sharing == 2:
         for i in range(phase.conditions):
-            weight[i] = 1.0
+            weight[i] = unit(phase, i)
         goals(it, phase, 1)
         shared_change(it, phase, it.first_leans)
         for i in range(phase.conditions):
@@ -247,7 +262,7 @@ def balanced(it: PhaseSlopes, phase: PhaseData, sharing: int) -> None:
                 change = phase.lam[phase.normal_of[i]]
             elif k >= 0 and phase.held[k] != 0:
                 change = given_change(it, phase, k)
-            change = change if phase.weighed[phase.island[i]] != 0 else 0.0
+            change = change * unit(phase, i) if phase.weighed[phase.island[i]] != 0 else 0.0
             it.turns[i] = it.shares[i] + change * it.forces[i] / it.weights[i]
         set_weights(phase, it.weights)
         goals(it, phase, 0)

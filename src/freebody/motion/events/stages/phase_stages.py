@@ -19,6 +19,7 @@ from ..impacts.bounces import end_rest
 from ..jumps import arrived, judge_sides, jumped, leave_idle, stick, take_crossing
 from ..log import log_phase, log_state, room_for_event
 from ..moment import choose_all, copy, copy_wholes, joined, largest, look
+from ..rings import lands
 from ..setting import find_flights, lift, project, set_bands, set_up, shortest_flight
 from ..shares import forces_decided
 from ..slips.slip_ends import fading, halt, turn_back
@@ -193,6 +194,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
         if fading(it, 0) >= 0:  # the rest of a series, in which contacts are closed anyway, is not waited for
             it.until, status = it.t, FINISHED
             it.holding = event_run.AT_REST if it.resting == 0 else it.holding
+        elif it.resting == 0 and lands(it, contacts) != 0:
+            it.until, status, it.holding = it.t, FINISHED, event_run.BESIDE
     if lost and it.t > run.start and not jams:
         it.until, status, it.holding = it.t, FINISHED, event_run.AT_REST
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
