@@ -36,18 +36,6 @@ def test_two_disks_on_a_hinge_land_flat_together():
     assert violated(370) == []
 
 
-def test_a_load_that_agrees_with_no_limit_any_more_is_asked_for_again():
-    """A drum and an ellipsoid lie on a floor; the friction of their hinge, at its limit, bears next to no load."""
-    assert violated(450) == []
-
-
-def test_a_dead_centre_of_points_at_rest_is_passed():
-    """Two capsules on a ball joint rock about the line of their two points on the floor, where forces have no limit."""
-    s, start = thrown(857)
-    motion = fb.simulate(s, UNTIL, initial=start)
-    assert motion.status == "finished" and motion.energy.relative_residual < 1e-7
-
-
 @pytest.mark.slow
 def test_open_forces_hold_a_box_on_a_turntable():
     """Its four corners were at their limits in steps of 1 µs, by what their rows turn in half of one."""

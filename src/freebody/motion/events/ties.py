@@ -100,7 +100,7 @@ def begin_to_leave(it: EventRun) -> int:
     copy(it.trial, it.y, it.n_y)
     normalise(
         it
-    )  # a disk that is flat to 1e-11 m is smaller than the length of a quaternion shows after a straight step
+    )  # its length changes in a straight step by more than shows of a disk that is flat to 1e-11 m
     look(it)
     for i in range(it.count):
         k = it.chosen[i]

@@ -153,10 +153,8 @@ def lean(t: float, it: PhaseSlopes, phase: PhaseData, forces: Reals, shares: Rea
         condition_load(it, phase, z, i, phase.lam[i])
     forwarded(phase, z, 0, phase.n)
     for i in range(phase.conditions):
-        own = condition_change(it, phase, i, it.udot)
-        shares[i] = phase.weight[i] * (own + product(phase.G[i], z, n)) + forces[i] * unit_change(
-            it, phase, i
-        )
+        own = condition_change(it, phase, i, it.udot) + product(phase.G[i], z, n)
+        shares[i] = phase.weight[i] * own + forces[i] * unit_change(it, phase, i)
 
 
 @compiled

@@ -96,11 +96,9 @@ def impact_slope(slopes: Slopes, hit: Impact, sigma: Array, tau: Array) -> tuple
         result[j, n_q:], forces[j, rows] = x[:n], x[n : n + len(rows)]
         still = np.concatenate([result[j, :n_q], np.zeros(n)])
         for k, normal in ((law.contact, law.normal) for law in laws if law.tied):
-            rate = (
-                slopes.of_contact(k, hit.t, hit.after, still, tau[j], slopes.seeds[j]).rates[0]
-                + W[normal] @ x[:n]
-            )
-            if abs(rate) > AT_LIMIT * np.abs(W[normal] * x[:n]).max():
+            turned = slopes.of_contact(k, hit.t, hit.after, still, tau[j], slopes.seeds[j]).rates[0]
+            by_speeds = W[normal] * x[:n]
+            if abs(turned + by_speeds.sum()) > AT_LIMIT * np.abs(by_speeds).max():
                 raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     return result, forces
 

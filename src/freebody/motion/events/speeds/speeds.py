@@ -72,8 +72,7 @@ def alike(it: EventRun, first: int, count: int) -> int:
     """Return 1 if so many numbers that have been seen, from this one on, are those of the last check, else 0."""
     for i in range(first, first + count):
         x, before = it.seen[i], it.rested[i]
-        if x != before and not abs(x - before) <= UNCHANGED * (
-            1.0 + abs(x)
-        ):  # gaps and reaches may be infinite
+        near = abs(x - before) <= UNCHANGED * (1.0 + abs(x))
+        if x != before and not near:  # gaps and reaches may be infinite
             return 0
     return 1

@@ -7,7 +7,7 @@ import math
 from ....native.instructions import compiled, greater, lesser, run_by
 from ...cones.contacts import Contacts
 from ...kernels.switching import IS_STUCK, OTHER_SIDES, same
-from ...ode.layout import COLLAPSED, FINISHED, NOT_FINITE, RUNNING, STIFF, TERMINAL, UNDEFINED
+from ...ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFINED
 from ...ode.run import Run
 from ...phase import laws
 from ...phase.phase_record import PhaseData
@@ -88,11 +88,25 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
         return TERMINAL
     if it.holding != 0 or it.spare_count > 0:
         keep_start(it)
+    # no accelerations agree with the loads of joints; a step of the speeds has those of before
+    undefined = it.loads > 0 and it.resting == 0 and is_defined(it) == 0
+    if undefined and decided_by_speeds(it, contacts, end - it.t) != 0:
+        return RUNNING
     if it.creeping != 0 and it.implicit == 0:
         it.pace = shortest_turn(it)
         return event_run.OTHER_METHOD
     begin_steps(it, run, end)
     return RUNNING
+
+
+@compiled
+def is_defined(it: EventRun) -> int:
+    """Return 1 if the rates at the start of a phase are finite, else 0."""
+    it.rates(it.t, it.y, it.phase, it.step)
+    for i in range(it.n_y):
+        if not math.isfinite(it.step[i]):
+            return 0
+    return 1
 
 
 @compiled
@@ -165,27 +179,8 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
-def have_laws(it: EventRun) -> int:
-    """Return 1 if there are closed contacts, and their friction had a value when they were looked at last, else 0."""
-    for k in range(it.contacts):
-        if it.mode[k] != laws.OPEN and not math.isfinite(it.coefficients[4 * k] + it.coefficients[4 * k + 1]):
-            return 0
-    return 1 if PhaseData(it.phase).closed_count > 0 else 0
-
-
-@compiled
 def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
-    """Log a phase, and say why it ends.
-
-    Where rates are not finite, conditions depend on each other, as at a dead centre, or no load of a joint agrees with
-    its friction. A step of the speeds, which has dependent rows and the loads of before, goes on from there. Where a
-    contact slips with friction, it may be a jam that motion leads into, and would be passed by an impulse.
-    """
-    jams = PhaseData(it.phase).slipping != 0
-    lost = status == NOT_FINITE and it.resting == 0 and have_laws(it) != 0
-    at_start = lost and it.t == run.start and (it.loads > 0 or not jams)
-    if at_start and decided_by_speeds(it, contacts, it.target - it.t) != 0:
-        return RUNNING
+    """Log a phase, and say why it ends."""
     ends = arrived(it, run)
     log_state(it, it.t, it.y, 0.0)
     kind = event_run.IMPLICIT if it.implicit != 0 else event_run.STEPS
@@ -196,8 +191,6 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
             it.holding = event_run.AT_REST if it.resting == 0 else it.holding
         elif it.resting == 0 and lands(it, contacts) != 0:
             it.until, status, it.holding = it.t, FINISHED, event_run.BESIDE
-    if lost and it.t > run.start and not jams:
-        it.until, status, it.holding = it.t, FINISHED, event_run.AT_REST
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
         it.blame = it.ending[it.blame - it.events]

@@ -2,10 +2,9 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from contact_machines import at_start, block_on_feet
+from contact_machines import G, at_start, block_on_feet
 from freebody.motion.events import event_run
 from freebody.motion.events.code import code
 from freebody.native import loop
@@ -25,12 +24,12 @@ def sliding():
     return work
 
 
-def test_laws_of_closed_contacts_have_values():
+def test_rates_are_defined_at_a_finite_state():
     it = sliding().it
-    assert stage("have_laws")(it) == 1
-    k = int(np.flatnonzero(it.mode)[0])
-    it.coefficients[4 * k] = math.nan
-    assert stage("have_laws")(it) == 0
+    assert stage("is_defined")(it) == 1
+    assert it.step[3] == pytest.approx(-0.5 * G, rel=1e-12)
+    it.y[3] = math.nan
+    assert stage("is_defined")(it) == 0
 
 
 def test_steps_begin_at_the_state_and_go_to_the_end_of_the_phase():
