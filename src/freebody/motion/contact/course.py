@@ -21,7 +21,7 @@ from ..ode.dense_output import Array, Path
 from ..phase.candidates.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
-from ..start.overlap import behind_sides, sides_of
+from ..start.overlap import behind_sides
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -213,9 +213,8 @@ class Touching:
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return the warnings of blows and impacts, and of what comes behind a side."""
-        sides = sides_of(motion.kernels.model.contacts)
-        behind = behind_sides(sides, motion.t, motion.contacts) if sides else ()
-        return (*(InLegs(self.happenings).warnings(motion) if self.history.may_warn else ()), *behind)
+        passed = InLegs(self.happenings).warnings(motion) if self.history.may_warn else ()
+        return (*passed, *behind_sides(motion))
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""

@@ -9,7 +9,7 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from . import limits
 from .event_run import EventRun
-from .moment import add_response, copy, response, row_of, slip_speed
+from .moment import copy, response, row_of, set_response, slip_speed
 from .problem import apart, couple, name_island
 
 
@@ -168,11 +168,7 @@ def apply(it: EventRun, first: int, count: int) -> None:
 def move_speeds(it: EventRun) -> None:
     """Apply the impulses of all rows to the state, and add their work."""
     n, work = it.n, 0.0
-    for i in range(n):
-        it.v[i] = 0.0
-    for r in range(it.rows):
-        if it.whole[r] != 0.0:
-            add_response(it, it.whole[r], r, it.v)
+    set_response(it, it.whole)
     for r in range(it.rows):
         if it.whole[r] != 0.0:
             work += it.whole[r] * (it.rate[r] + dot(row_of(it, it.W, r), it.v, n) / 2.0)

@@ -205,19 +205,24 @@ def add_response(it: EventRun, x: float, r: int, v: Reals) -> None:
 
 
 @compiled
-def add_forces(it: EventRun, v: Reals) -> None:
-    """Add the accelerations by the forces of the decision to v."""
+def add_responses(it: EventRun, x: Reals, v: Reals) -> None:
+    """Add M⁻¹ Wᵀ x, the change of the speeds by impulses on all rows, to v."""
     for r in range(it.rows):
-        if it.force[r] != 0.0:
-            add_response(it, it.force[r], r, v)
+        if x[r] != 0.0:
+            add_response(it, x[r], r, v)
+
+
+@compiled
+def set_response(it: EventRun, x: Reals) -> None:
+    """Set ``v`` to M⁻¹ Wᵀ x."""
+    for i in range(it.n):
+        it.v[i] = 0.0
+    add_responses(it, x, it.v)
 
 
 @compiled
 def acceleration_of(it: EventRun, r: int) -> float:
-    """Return the derivative of the rate of row r under the forces of the decision, which set ``v``."""
-    for i in range(it.n):
-        it.v[i] = 0.0
-    add_forces(it, it.v)
+    """Return the derivative of the rate of row r; ``v`` is the response to the forces."""
     return it.c[r] + dot(row_of(it, it.W, r), it.v, it.n)
 
 

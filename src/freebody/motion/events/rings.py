@@ -22,7 +22,7 @@ from . import event_run, limits
 from .decision import decide
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
-from .moment import acceleration_of, choose_all, look, normal_speed
+from .moment import acceleration_of, choose_all, look, normal_speed, set_response
 from .setting import displace, normalise
 from .slips.slip_starts import scale_of
 
@@ -111,6 +111,7 @@ def lies_flat(it: EventRun, i: int) -> int:
 def least_of_rim(it: EventRun, i: int) -> float:
     """Return the least acceleration of the gaps of an edge."""
     k = it.ring_first[i]
+    set_response(it, it.force)
     a, b = acceleration_of(it, it.first[k]), acceleration_of(it, it.first[k + 1])
     c, d = acceleration_of(it, it.first[k + 2]), acceleration_of(it, it.first[k + 3])
     return (a + b + c + d) / 4.0 - root((a - c) * (a - c) + (b - d) * (b - d)) / 2.0
@@ -124,6 +125,7 @@ def slope(it: EventRun, i: int) -> float:
         return -most
     if it.mode[k] == laws.OPEN and it.mode[k + 3] != laws.OPEN:
         return most
+    set_response(it, it.force)
     return (acceleration_of(it, it.first[k + 1]) - acceleration_of(it, it.first[k + 3])) / 2.0
 
 

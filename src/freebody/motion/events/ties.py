@@ -13,7 +13,7 @@ from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run, limits
 from .event_run import EventRun
-from .moment import add_forces, choose, copy, largest, look, slip_speed
+from .moment import add_responses, choose, copy, largest, look, slip_speed
 from .problem import is_unloaded
 from .setting import normalise, set_up
 from .slips.slip_starts import slip_acceleration
@@ -39,7 +39,7 @@ def go_straight(it: EventRun) -> float:
     for i in range(it.n_q):
         state[i] += length * machine.q_dot[i]
     copy(it.free, it.v, it.n)
-    add_forces(it, it.v)
+    add_responses(it, it.force, it.v)
     for i in range(it.n):
         state[it.n_q + i] += length * it.v[i]
     return length

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -58,13 +58,14 @@ def refuse_overlap(
     )
 
 
-def behind_sides(sides: Collection[str], times: Any, motions: Mapping[str, Any]) -> Iterator[MotionWarning]:
-    """Yield a warning for each contact of ``sides`` that is open and deep at some of the times.
+def behind_sides(motion: Any) -> Iterator[MotionWarning]:
+    """Yield a warning for each contact of a straight side that is open and deep at some output times of a motion.
 
     A foot that leaves a side at its end may come around it. Nothing touches a side from behind.
     """
-    for name in sorted(sides):
-        gap, mode = motions[name].gap, motions[name].mode
+    times = motion.t
+    for name in sorted(sides_of(motion.kernels.model.contacts)):
+        gap, mode = motion.contacts[name].gap, motion.contacts[name].mode
         deep = (gap < -DEEP) & (mode == "open")
         edges = np.flatnonzero(np.diff(deep, prepend=False, append=False))
         if edges.size:

@@ -28,7 +28,7 @@ from ..kernels.kernels import Kernels
 from ..kernels.program import Program
 from ..ode.dense_output import Array
 from ..start.initial import number
-from ..start.overlap import behind_sides, sides_of
+from ..start.overlap import behind_sides
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -265,8 +265,7 @@ class InSteps:
         """Return a warning if the steps have made more energy than the machine had, for turns too far, and for
         what comes behind a side.
         """
-        sides = sides_of(self.kernels.model.contacts)
-        return (*self._warnings, *(behind_sides(sides, motion.t, motion.contacts) if sides else ()))
+        return (*self._warnings, *behind_sides(motion))
 
     @cached_property
     def _warnings(self) -> tuple[MotionWarning, ...]:

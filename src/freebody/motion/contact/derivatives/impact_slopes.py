@@ -229,8 +229,8 @@ def _law_of(slopes: Slopes, hit: Impact, k: int, seen: tuple[Snapshot, Snapshot]
         given, of_impulses = hit.compressed
         least, grown, rebound = e * max(float(given[at]), 0.0), e * of_impulses[:, at], after.rate[at]
     presses = hit.taken or N - least > none
-    tied = not presses and not rebound > still and least > none
-    if not presses and not rebound > still and not tied:
+    tied = not presses and not rebound > still
+    if tied and least <= none:
         raise refused(slopes, hit.t, f"{title(slopes, k)} takes part in an impact without impulse")
     if not presses and least <= none:
         return None

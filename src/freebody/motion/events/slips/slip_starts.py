@@ -11,8 +11,7 @@ from ..event_run import EventRun
 from ..impulse_system import add_row, impelled, move_speeds
 from ..moment import (
     acceleration_of,
-    add_forces,
-    add_response,
+    add_responses,
     approaches,
     copy,
     is_smooth,
@@ -20,6 +19,7 @@ from ..moment import (
     look,
     response,
     row_of,
+    set_response,
     slip_speed,
 )
 from ..setting import begins_slip, leaves_rest, project, set_up
@@ -44,6 +44,7 @@ def pull(it: EventRun) -> float:
 def slip_acceleration(it: EventRun, k: int) -> float:
     """Return the tangential acceleration of a contact under the forces of the decision."""
     square = 0.0
+    set_response(it, it.force)
     for j in range(it.tangents[k]):
         a = acceleration_of(it, it.first[k] + 1 + j)
         square += a * a
@@ -108,11 +109,7 @@ def is_gentle(it: EventRun) -> int:
                 alone += goal * goal / response(it, r, r) if goal != 0.0 else 0.0
     if work > FIRM * FIRM * alone:
         return 0
-    for i in range(it.n):
-        it.v[i] = 0.0
-    for r in range(it.rows):
-        if it.whole[r] != 0.0:
-            add_response(it, it.whole[r], r, it.v)
+    set_response(it, it.whole)
     for k in range(it.contacts):
         for j in range(1 + it.tangents[k] if it.mode[k] != laws.OPEN else 0):
             r = it.first[k] + j
@@ -142,6 +139,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
         return 1
     length = lesser(greater(4.0 * laws.STOPPED / least, 1e-9), end - it.t)
     if whole != 0:
+        set_response(it, it.force)
         for k in range(it.contacts):
             for j in range(1 + it.tangents[k] if it.mode[k] != laws.OPEN else 0):
                 it.speeds[it.first[k] + j] = acceleration_of(it, it.first[k] + j)
@@ -149,7 +147,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float, who
             return UPSET
     copy(it.y, it.start, it.n_y)
     copy(it.free, it.step[n_q:], n)
-    add_forces(it, it.step[n_q:])
+    add_responses(it, it.force, it.step[n_q:])
     begun = it.t
     length = go_straight(it, length)
     if approaches(it) == 0:  # else the impact comes first
