@@ -249,7 +249,7 @@ class ComputedMotion:
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
         """Parts of the motion that are not physical: a rope that pushes, a plane that pulls a wheel down, a blow that
-        does, time steps that make energy.
+        does, what comes behind a side, time steps that make energy.
 
         The run keeps the constraints as they are described. Each warning says from when on the answer is therefore not
         physical, how far the limit is passed, and what to do. Warnings are computed on first use of this attribute, of
