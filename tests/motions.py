@@ -109,6 +109,18 @@ def switched():
     return fb.simulate(s, 1, initial={"x'": 1.0}, sensitivities=["k", "x'"])
 
 
+def stopped():
+    """A leg whose foot lands on a floor, with two tangents, and whose knee has a stop, with none."""
+    s = fb.System("leg")
+    s.gravity = (0, 0, -9.81)
+    hip, shank = s.body("hip", fb.box(1, (0.2, 0.1, 0.1))), s.body("shank", fb.box(0.5, (0.05, 0.05, 0.4)))
+    s.free("f", s.ground, hip)
+    knee = s.hinge("knee", hip, shank, to=(0, 0, 0.2), axis="y", coordinate="phi")
+    s.stop("end", knee, low=-0.3, high=0.3)
+    s.contact("floor", shank.point(0, 0, -0.2), s.ground.plane(normal="z"), friction=0.5)
+    return fb.simulate(s, 0.3, initial={"f_z": 0.45, "phi": 0.1})
+
+
 MOTIONS = {
     "plain": plain,
     **{f"plain {m}": lambda m=m: plain(m) for m in ("dop853", "dop54", "radau", "gauss", "taylor")},
@@ -122,6 +134,7 @@ MOTIONS = {
     "series of sensitivities": lambda: plain("taylor", sensitivities=["L"]),
     "loop": four_bar,
     "contact": ball,
+    "contact and stop": stopped,
     "time stepping": stepped,
 }
 

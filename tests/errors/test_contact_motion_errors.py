@@ -15,6 +15,7 @@ from freebody.motion.ode import layout
 from freebody.motion.phase.scene import NUMBERS
 from freebody.motion.request import Request, problem_of
 from freebody.motion.timestepping import failure, timestepping
+from mixed_machines import thrown
 
 G = 9.81
 
@@ -92,6 +93,14 @@ def test_a_disk_with_adhesion_that_falls_through_lying_flat_says_why():
         SimulationError, match="of 'rim', touches at its lowest point, which jumps where the disk lies flat"
     ):
         fb.simulate(standing(adhesion=0.1), 1, initial={"f_z": 0.3, **turn})
+
+
+def test_short_steps_of_an_explicit_method_name_the_one_that_changes():
+    """A slip that begins and turns at once is stiff: 33 implicit steps, or 20,000 of 1 ns."""
+    s, start = thrown(35)
+    with pytest.raises(SimulationError, match="does not move on: 20000 steps .* If its forces are stiff, as where a slip begins, method='auto' has implicit steps where 'dop54' has short ones"):  # fmt: skip  # noqa: E501
+        fb.simulate(s, 0.6, initial=start, method="dop54")
+    assert fb.simulate(s, 0.6, initial=start).status == "finished"
 
 
 def test_two_laws_at_once_are_refused():

@@ -117,7 +117,17 @@ def stalled(work: ContactRun) -> SimulationError:
     return SimulationError(
         f"The motion of '{work.model.name}' does not move on: {limits.STALL} steps led from t = {it.crept_from:.9g} "
         f"to {it.t:.9g} s (contacts: {names}). Forces hold it between motions that lead back to the same state."
-        f"{flat(work, closed)} method='timestepping' with step= goes through such states."
+        f"{flat(work, closed)}{_explicit(work)} method='timestepping' with step= goes through such states."
+    )
+
+
+def _explicit(work: ContactRun) -> str:
+    """Return the cure for steps that a method of order 5 has made short. "auto" is "dop853" or has changed to radau."""
+    if work.method not in ("dop54", "tsit5"):
+        return ""
+    return (
+        f" If its forces are stiff, as where a slip begins, method='auto' has implicit steps where '{work.method}' "
+        "has short ones."
     )
 
 

@@ -105,30 +105,22 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
 
 def _of_contact(name: str, motion: Any, units: Mapping[str, str]) -> dict[str, Any]:
     """Return gap, approach, forces, slip, friction-cone margin and mode of a contact."""
-
-    def along(values: Any) -> Any:
-        return ("time",) if values.ndim == 1 else ("time", "tangent")
-
     about = f"of contact {name}"
-    return {
-        f"{name}.gap": ("time", motion.gap, {"units": units["gap"], "long_name": f"gap {about}"}),
-        f"{name}.approach": (
-            "time", motion.approach,
-            {"units": units["approach"], "long_name": f"speed at which the gap closes {about}"},
-        ),
-        f"{name}.normal": (
-            "time", motion.normal, {"units": units["normal"], "long_name": f"normal force {about}"},
-        ),
-        f"{name}.tangential": (
-            along(motion.tangential), motion.tangential,
-            {"units": units["tangential"], "long_name": f"friction on the feature {about}"},
-        ),
-        f"{name}.slip": (
-            along(motion.slip), motion.slip, {"units": units["slip"], "long_name": f"slip velocity {about}"},
-        ),
-        f"{name}.margin": (
-            "time", motion.margin,
-            {"units": units["margin"], "long_name": f"what friction has left {about}, mu_s N - |T|"},
-        ),
-        f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"}),
+    found = {
+        "gap": (motion.gap, f"gap {about}"),
+        "approach": (motion.approach, f"speed at which the gap closes {about}"),
+        "normal": (motion.normal, f"normal force {about}"),
+        "tangential": (motion.tangential, f"friction on the feature {about}"),
+        "slip": (motion.slip, f"slip velocity {about}"),
+        "margin": (motion.margin, f"what friction has left {about}, mu_s N - |T|"),
+    }
+    variables: dict[str, Any] = {
+        f"{name}.{quantity}": (
+            ("time", "tangent")[: values.ndim], values, {"units": units[quantity], "long_name": words},
+        )
+        for quantity, (values, words) in found.items()
+        if values.size  # a stop has no tangent
     }  # fmt: skip
+    return variables | {
+        f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"})
+    }

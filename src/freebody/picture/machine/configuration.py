@@ -340,9 +340,8 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     pressing = {one.normal_name for one in model.contacts if one.bounded}
     found = _forces_at(model, trajectory, time) if pressing else {}
     loads = {name: found[name] for name in pressing}
-    values = {
-        **_values_at(trajectory, time), **{name: x for name, x in loads.items() if name in model.defaults}
-    }  # fmt: skip
+    numbers = {**_values_at(trajectory, time), **loads}  # those that the motion writes are not the machine's
+    values = {name: x for name, x in numbers.items() if name in model.defaults}
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
     undetermined = _open_forces(model, trajectory, time)

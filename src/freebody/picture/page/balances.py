@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 LARGEST, LONGEST = 6, 1250
 """Most speeds of a machine whose equations are shown by default, and most terms of these."""
+HIDDEN = (
+    "Free-body diagrams and equations are not shown for a machine of this size: "
+    "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them."
+)
 
 
 def balances(
@@ -43,11 +47,8 @@ def balances(
     """
     options = {"values": trajectory.values, **(drawn or {})}
     model = trajectory.kernels.model
-    if not (_is_short(model) if shown is None else shown):
-        return "", (
-            "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
-            "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
-        )
+    if not (shown or (shown is None and _is_short(equations_of(model)))):
+        return "", f"<h2>Equations</h2>\n<p>{HIDDEN}</p>"
     said = _other_values(trajectory.values, options["values"] or {}, symbols)
     found: list[tuple[Equations, str]] = []
     for modes, time in lasting(trajectory):
@@ -57,7 +58,12 @@ def balances(
     found = found or [(equations_of(model), "")]
     machine = _or_refusal(lambda: draw(found[0][0].model, **options).svg)
     drawing = f'<div class="machine"><h2>Drawing</h2>\n<figure>{machine}</figure>{said}</div>'
-    return drawing, "\n".join(_section(e, options, symbols, heading, names) for e, heading in found)
+    return drawing, "\n".join(
+        _section(e, options, symbols, heading, names)
+        if shown or _is_short(e)
+        else f"<h2>Equations{heading}</h2>\n<p>{HIDDEN}</p>"
+        for e, heading in found
+    )
 
 
 def _other_values(values: Mapping[str, float], drawn: Mapping[str, Any], symbols: Symbols) -> str:
@@ -85,10 +91,12 @@ def laws(e: Equations, symbols: Symbols) -> str:
 def free_body(e: Equations, name: str, symbols: Symbols) -> str:
     """Return what acts on a body in words, and its equations."""
     body = e.free_body(name)
-    if isinstance(plane_in(body), str):
-        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
-    else:
+    if not isinstance(plane_in(body), str):
         found = list(body.planar_equations)
+    elif body.in_names is None:
+        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
+    else:  # the formula has names in place of what would fill pages
+        found = []
     bodies = list(e.model.bodies)
     said = prose.actions(e, name, bodies[: bodies.index(name)], symbols.name)
     return f"<p>{unbroken(said)}</p>\n" + symbols.formula(
@@ -103,10 +111,9 @@ def motion(e: Equations, symbols: Symbols, names: Mapping[str, Any] | None = Non
     return said + symbols.formula(e.latex(names=names), codes)
 
 
-def _is_short(model: Model) -> bool:
+def _is_short(e: Equations) -> bool:
     """Return True if the equations of motion are few and short."""
-    e = equations_of(model) if model.n_u <= LARGEST else None
-    if e is None or e.form == "recursive":
+    if e.model.n_u > LARGEST or e.form == "recursive":
         return False
     try:
         sides = e.balances

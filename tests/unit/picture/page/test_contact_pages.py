@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from freebody.picture.moving.keyframes import keyframes
 from freebody.picture.page.animation import animation
 from freebody.picture.page.live import Live
 from freebody.picture.page.sliders import sliders
+from mixed_machines import thrown
 
 G = 9.81
 
@@ -235,6 +237,30 @@ def test_angles_that_a_motion_writes_have_no_sliders():
     motion = fb.simulate(s, 0.1, initial={"f_z": 0.15})
     found = sliders(s, motion.kernels.model, motion.values, {"f_z": 0.15}, {})
     assert [one["name"] for one in found if one["group"] == "values"] == ["F"]
+
+
+def test_a_motion_of_a_can_is_drawn():
+    """The motion's own model has the angles of the points on which it stands, which those of drawings do not have."""
+    s = fb.System("can")
+    s.gravity = (0, 0, -G)
+    can = s.body("can", fb.cylinder(1, 0.1, 0.3))
+    s.free("f", s.ground, can)
+    s.contact("table", can.circle(0.1, at=(0, 0, -0.15)), s.ground.plane(normal="z"), friction=0.8)
+    motion = fb.simulate(s, 0.1, initial={"f_z": 0.15})
+    assert 'data-body="can"' in fb.draw(s, trajectory=motion, at=0.05).svg
+    pair = fb.free_body_diagram(s, "can", trajectory=motion, at=0.05).svg
+    assert pair == fb.free_body_diagram(motion.kernels.model, "can", trajectory=motion, at=0.05).svg
+
+
+def test_modes_whose_equations_fill_pages_are_named_without_them(tmp_path):
+    """Those of a sphere that flies over a turntable are short, those of one that sticks to it have 5,000 terms."""
+    s, start = thrown(4)
+    motion = fb.simulate(s, 0.6, initial=start)
+    text = fb.report(s, motion, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert re.search("<h2>Equations of motion <small>.* open; ", text)
+    assert re.search(
+        "<h2>Equations <small>.* stick, .*</h2>\n<p>Free-body diagrams and equations are not shown", text
+    )
 
 
 def test_no_curve_runs_through_a_jump(bouncing):
