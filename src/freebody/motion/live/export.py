@@ -41,7 +41,8 @@ def check_live(trajectory: Trajectory) -> None:
     Raises
     ------
     SimulationError
-        Contacts, signals or controllers that switch, blows, dependent conditions, a stiff motion, a large machine.
+        Patches of solids, signals or controllers that switch, blows, dependent conditions, a stiff motion, a large
+        machine.
     """
     model = trajectory.kernels.model
     check_machine(trajectory.kernels)

@@ -102,8 +102,8 @@ def report(
     FreebodyError
         If there is no Chromium to print a PDF.
     SimulationError
-        If a live page cannot compute such a motion: with contacts, signals or controllers that switch, blows, a stiff
-        or a very large machine.
+        If a live page cannot compute such a motion: of solids that touch in patches, with signals or controllers that
+        switch, blows, a stiff or a very large machine.
 
     Examples
     --------
