@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
 from operator import add, mul
@@ -90,7 +90,7 @@ def evaluate(
         elif e.is_Add:
             result = reduce(add, map(value, e.args))
         elif e.is_Mul:
-            result = reduce(mul, map(value, e.args))
+            result = reduce(mul, map(value, _with_one_exponential(e.args)))
         elif e.is_Pow:
             result = _power(e, value, field)
         elif e.func in _NAMES:
@@ -109,6 +109,14 @@ def evaluate(
         return result
 
     return value(expression)
+
+
+def _with_one_exponential(factors: Sequence[Any]) -> Sequence[Any]:
+    """Return factors with exp(a) exp(b) as exp(a + b): of canonical factors one may be beyond the greatest float."""
+    exponents = [x.args[0] for x in factors if x.func is sympy.exp]
+    if len(exponents) < 2:
+        return factors
+    return [*(x for x in factors if x.func is not sympy.exp), sympy.exp(sympy.Add(*exponents))]
 
 
 def _power(e: Any, value: Callable[[Any], Any], field: Field) -> Any:
