@@ -360,13 +360,16 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     return Configuration(model, state, values, True, lookup, transmitted, undetermined)
 
 
+def _segment(trajectory: Any, time: float) -> Any:
+    """Return the phase of a motion at a time; None for a motion without phases."""
+    segments = getattr(trajectory.path, "segments", None)
+    return None if segments is None else segments[int(trajectory.path.places(np.array([time]))[0])]
+
+
 def _open_forces(model: Model, trajectory: Any, time: float) -> frozenset[str]:
     """Names of the contact forces that the motion does not determine at a time."""
-    segments = getattr(trajectory.path, "segments", None)
-    if segments is None:
-        return frozenset()
-    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
-    if segment.loose is None:
+    segment = _segment(trajectory, time)
+    if segment is None or segment.loose is None:
         return frozenset()
     return frozenset(
         row.name for row, open in zip(contact_layout(model.contacts), segment.loose, strict=True) if open
@@ -389,11 +392,10 @@ def _determined(
 
 def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
     """Return the contact forces of a motion at a time, by name."""
-    layout, times = contact_layout(model.contacts), np.array([time])
-    if getattr(trajectory.path, "segments", None) is None:
+    layout, times, segment = contact_layout(model.contacts), np.array([time]), _segment(trajectory, time)
+    if segment is None:
         forces = trajectory.course.mean_forces(times)[0]
     else:
-        segment = trajectory.path.segments[int(trajectory.path.places(times)[0])]
         program = segment.kernels.contact()
         forces = observe(
             program.address("force"), len(layout), times, segment.path.sample(times),
@@ -404,10 +406,9 @@ def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
 
 def _values_at(trajectory: Any, time: float) -> Mapping[str, float]:
     """Return the values of the parameters at a time of a motion: signals, controllers and places change them."""
-    segments = getattr(trajectory.path, "segments", None)
-    if segments is None:
+    segment = _segment(trajectory, time)
+    if segment is None:
         return dict(trajectory.numbers)
-    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
     values = segment.values(segment.kernels.parameters(trajectory.numbers)).tolist()
     return dict(zip(trajectory.numbers, values, strict=True))
 
