@@ -30,9 +30,10 @@ from ...errors import FreebodyError, ModelError, SimulationError
 from ...model.contact import Contact
 from ...model.contact_modes import Touching, in_modes
 from ...model.model import Model
+from ...motion.contact.course import forces_of
 from ...motion.contact.equations_at_start import assembled, modes_at_start
-from ...motion.ode.dense_output import observe
 from ...motion.start.initial import named_state, number
+from ...motion.trajectory.phases import Segment, segments_of
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations, equations
 from .shapes import machine_size
@@ -360,16 +361,16 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     return Configuration(model, state, values, True, lookup, transmitted, undetermined)
 
 
-def _segment(trajectory: Any, time: float) -> Any:
-    """Return the phase of a motion at a time; None for a motion without phases."""
-    segments = getattr(trajectory.path, "segments", None)
-    return None if segments is None else segments[int(trajectory.path.places(np.array([time]))[0])]
+def _segment(trajectory: Any, time: float) -> Segment:
+    """Return the phase of a motion at a time."""
+    segments = segments_of(trajectory.path, trajectory.kernels)
+    return segments[int(trajectory.path.places(np.array([time]))[0]) if len(segments) > 1 else 0]
 
 
 def _open_forces(model: Model, trajectory: Any, time: float) -> frozenset[str]:
     """Names of the contact forces that the motion does not determine at a time."""
     segment = _segment(trajectory, time)
-    if segment is None or segment.loose is None:
+    if segment.loose is None:
         return frozenset()
     return frozenset(
         row.name for row, open in zip(contact_layout(model.contacts), segment.loose, strict=True) if open
@@ -392,24 +393,15 @@ def _determined(
 
 def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
     """Return the contact forces of a motion at a time, by name."""
-    layout, times, segment = contact_layout(model.contacts), np.array([time]), _segment(trajectory, time)
-    if segment is None:
-        forces = trajectory.course.mean_forces(times)[0]
-    else:
-        program = segment.kernels.contact()
-        forces = observe(
-            program.address("force"), len(layout), times, segment.path.sample(times),
-            program.constants(segment.values(segment.kernels.parameters(trajectory.numbers))),
-        )[0]  # fmt: skip
-    return {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
+    times, segment = np.array([time]), _segment(trajectory, time)
+    forces = forces_of(trajectory, segment, times, segment.path.sample(times))[0]
+    return {row.name: float(x) for row, x in zip(contact_layout(model.contacts), forces, strict=True)}
 
 
 def _values_at(trajectory: Any, time: float) -> Mapping[str, float]:
     """Return the values of the parameters at a time of a motion: signals, controllers and places change them."""
-    segment = _segment(trajectory, time)
-    if segment is None:
-        return dict(trajectory.numbers)
-    values = segment.values(segment.kernels.parameters(trajectory.numbers)).tolist()
+    common = trajectory.kernels.parameters(trajectory.numbers)
+    values = _segment(trajectory, time).values(common).tolist()
     return dict(zip(trajectory.numbers, values, strict=True))
 
 
