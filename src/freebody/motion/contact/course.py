@@ -258,8 +258,11 @@ class Touching:
         return ByName("contact", result)
 
 
-def forces_of(motion: ComputedMotion, phase: Segment, times: Array, states: Array) -> Array:
-    """Return the forces of all contacts in a phase, in the order of :func:`contact_layout`, shape (n, rows)."""
+def forces_of(motion: ComputedMotion, phase: Segment, times: Array, states: Array, ratios: Array) -> Array:
+    """Return the forces of all contacts in a phase, in the order of :func:`contact_layout`, shape (n, rows).
+
+    ``ratios`` are those of :func:`stretch_numbers`.
+    """
     if not phase.modes:  # time-stepping, or a motion without phases
         stepped: Any = motion.course
         return np.asarray(stepped.mean_forces(times))
@@ -267,7 +270,6 @@ def forces_of(motion: ComputedMotion, phase: Segment, times: Array, states: Arra
         times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
     program, kernels = phase.kernels.contact(), motion.kernels
     constants = program.constants(phase.values(kernels.parameters(motion.numbers)))
-    ratios = stretch_numbers(kernels.model, motion.numbers)
     return observe(program.address("force"), len(ratios), times, states, constants) * ratios
 
 

@@ -32,6 +32,7 @@ from ...model.contact_modes import Touching, in_modes
 from ...model.model import Model
 from ...motion.contact.course import forces_of
 from ...motion.contact.equations_at_start import assembled, modes_at_start
+from ...motion.phase.candidates.candidates import stretch_numbers
 from ...motion.start.initial import named_state, number
 from ...motion.trajectory.phases import Segment, segments_of
 from ...scalar.algebra import Vector
@@ -394,7 +395,8 @@ def _determined(
 def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
     """Return the contact forces of a motion at a time, by name."""
     times, segment = np.array([time]), _segment(trajectory, time)
-    forces = forces_of(trajectory, segment, times, segment.path.sample(times))[0]
+    ratios = stretch_numbers(model, trajectory.numbers)
+    forces = forces_of(trajectory, segment, times, segment.path.sample(times), ratios)[0]
     return {row.name: float(x) for row, x in zip(contact_layout(model.contacts), forces, strict=True)}
 
 

@@ -14,7 +14,7 @@ from ...dynamics.state import State
 from ...model.contact import friction_margin
 from ...motion.contact.course import distances
 from ...motion.ode.dense_output import observe
-from ...motion.phase.candidates.candidates import layout_of
+from ...motion.phase.candidates.candidates import layout_of, stretch_numbers
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ class Contacts:
         self.kernels = kernels = trajectory.kernels
         self.model = model = kernels.model
         self.first, _, self.rows = layout_of(model)
+        self.ratios = stretch_numbers(model, trajectory.numbers)
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
         def frames(state: State) -> dict[str, Sequence[Scalar]]:

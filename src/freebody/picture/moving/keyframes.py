@@ -306,7 +306,7 @@ class _Source:
                 ledger[:, 1] = states[:, n + 1]
         forces = np.zeros((len(times), 0))
         if self.contacts is not None:
-            forces = forces_of(trajectory, phase, times, states)
+            forces = forces_of(trajectory, phase, times, states, self.contacts.ratios)
         return chosen, states, reactions[:, : 6 * len(self.joints)], ledger, forces
 
     def _observed(self, program: Any, function: str, t: Array, states: Array) -> Array:
