@@ -15,7 +15,7 @@ from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.memory import Live
 from freebody.motion.live.module import CALLED
 from freebody.motion.ode import loops
-from freebody.motion.phase.scene import functions
+from freebody.motion.phase.phase import functions
 from freebody.native import loop
 from freebody.program.export.wasm import WasmModule
 from freebody.program.kernels import compile_tape

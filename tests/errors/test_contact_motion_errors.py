@@ -12,7 +12,7 @@ from freebody.motion.contact.state import ContactRun
 from freebody.motion.events import event_run
 from freebody.motion.events.code import code
 from freebody.motion.ode import layout
-from freebody.motion.phase.scene import NUMBERS
+from freebody.motion.phase.phase import NUMBERS
 from freebody.motion.request import Request, problem_of
 from freebody.motion.timestepping import failure, timestepping
 from mixed_machines import thrown

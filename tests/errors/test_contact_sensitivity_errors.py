@@ -10,7 +10,7 @@ import freebody as fb
 from contact_machines import pulled_disk
 from freebody.errors import NoDerivativesError, SimulationError
 from freebody.motion.contact.derivatives.saltation import check_modes
-from freebody.motion.phase.scene import LIMIT
+from freebody.motion.phase.phase import LIMIT
 
 G = 9.81
 

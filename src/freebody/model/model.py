@@ -269,7 +269,7 @@ def _unit_by_use(model: Model, name: str) -> str:
     used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
     for place in model.bodies.values():
         used.append(("kg", place.mass))
-        shapes = [place.properties.shape] if place.properties and place.properties.shape else []
+        shapes = [] if place.shape is None else [place.shape]
         while shapes:
             shape = shapes.pop()
             shapes += shape.parts

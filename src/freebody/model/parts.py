@@ -9,6 +9,7 @@ from ..describe.joints.moving import Moving
 from ..describe.joints.pair import Pair
 from ..scalar.algebra import Expression, Matrix, Vector
 from ..space.mass import MassProperties
+from ..space.shape import Shape
 
 GROUND = -1
 
@@ -88,6 +89,11 @@ class Place:
     center: Vector  # from the body's origin
     inertia: Matrix
     properties: MassProperties | None = None
+
+    @property
+    def shape(self) -> Shape | None:
+        """Shape of the body's solid, of a body that has one."""
+        return None if self.properties is None else self.properties.shape
 
 
 @dataclass(frozen=True)

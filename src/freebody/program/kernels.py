@@ -7,7 +7,7 @@ from array import array
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import ExpressionError
 from ..native import cache, codegen, sources
@@ -19,6 +19,27 @@ from .code.lower import PROLOGUE, RECIPROCAL, Program, lower
 from .kernel import KernelSet
 from .series.jet import jet
 from .series.jet_of_lanes import jet_of_lanes
+
+
+class Recorded(NamedTuple):
+    """Functions of a tape, and the inputs that they depend on."""
+
+    tape: Tape
+    functions: Mapping[str, Sequence[Scalar]]
+    time: Traced | None
+    state: Sequence[Traced]
+    parameters: Sequence[Traced]
+
+
+class Choices(NamedTuple):
+    """What code of functions is wanted, as for `compile_tape`; by default kernels for one state."""
+
+    batch: Sequence[str] = ()
+    series: Mapping[str, int] = {}
+    form: Form | None = None
+
+
+_KERNELS = Choices()
 
 
 def compile_tape(
@@ -59,8 +80,9 @@ def compile_tape(
         raise ExpressionError(
             f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
         )
-    series = series or {}
-    key = _key(tape, functions, time, state, parameters, batch, series, form)
+    recorded = Recorded(tape, functions, time, state, parameters)
+    choices = Choices(batch, series or {}, form)
+    key = program_key(recorded, codegen.THIS, choices)
     stored = cache.load(key)
     if stored is not None and not (
         stored[0].get("target") == codegen.version() and key.encode() in stored[1]
@@ -68,7 +90,7 @@ def compile_tape(
         stored = None  # code of another program or processor: it must not run
     if stored is None:
         start = perf_counter()
-        header, code = _compile(tape, functions, time, state, parameters, batch, series, form, key)
+        header, code = _compile(recorded, choices, key)
         header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
@@ -79,74 +101,35 @@ def compile_tape(
     )  # fmt: skip
 
 
-def machine_text(
-    tape: Tape,
-    functions: Mapping[str, Sequence[Scalar]],
-    time: Traced | None,
-    state: Sequence[Traced],
-    parameters: Sequence[Traced],
-    target: str,
-) -> tuple[dict[str, Any], str]:
+def machine_text(recorded: Recorded, target: str) -> tuple[dict[str, Any], str]:
     """Return functions as LLVM's text for a target (`native.target.NAMES`), after what is known of them.
 
     The text defines ``prologue`` and, in the order of the functions, ``f0``, ``f1``, ... with the kernel's signature.
     """
-    header, module = _module(
-        lower(tape, functions, time, state, parameters), functions, state, parameters, target
-    )
+    header, module = _module(recorded, lower(*recorded), target)
     return header, module.text()
 
 
-def program_key(
-    tape: Tape,
-    functions: Mapping[str, Sequence[Scalar]],
-    time: Traced | None,
-    state: Sequence[Traced],
-    parameters: Sequence[Traced],
-    target: str,
-) -> str:
-    """Hash of functions for a target, and of the sources that compile them."""
-    return _key(tape, functions, time, state, parameters, (), {}, None, target)
-
-
-def _compile(
-    tape: Tape,
-    functions: Mapping[str, Sequence[Scalar]],
-    time: Traced | None,
-    state: Sequence[Traced],
-    parameters: Sequence[Traced],
-    batch: Sequence[str],
-    series: Mapping[str, int],
-    form: Form | None,
-    key: str,
-) -> tuple[dict[str, Any], bytes]:
+def _compile(recorded: Recorded, choices: Choices, key: str) -> tuple[dict[str, Any], bytes]:
     """Compile functions to what the cache stores: a header and the object code."""
-    alone = functions if form is not None else {*batch, *series}
-    program = lower(tape, functions, time, state, parameters, alone)
-    header, module = _module(program, functions, state, parameters, codegen.THIS, batch, series, form)
+    alone = recorded.functions if choices.form is not None else {*choices.batch, *choices.series}
+    header, module = _module(recorded, lower(*recorded, alone), codegen.THIS, choices)
     module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
     return header, codegen.object_code(module.text())
 
 
 def _module(
-    program: Program,
-    functions: Mapping[str, Sequence[Scalar]],
-    state: Sequence[Traced],
-    parameters: Sequence[Traced],
-    target: str,
-    batch: Sequence[str] = (),
-    series: Mapping[str, int] | None = None,
-    form: Form | None = None,
+    recorded: Recorded, program: Program, target: str, choices: Choices = _KERNELS
 ) -> tuple[dict[str, Any], Module]:
     """Return the header and the module of a program for a target."""
-    series = series or {}
+    (batch, series, form), functions = choices, recorded.functions
     module = Module(named(target).triple, codegen.layout(target), codegen.fused(target))
     hoisted = len(program.given)
     prologue = program.bodies[PROLOGUE]
     module.add(program, prologue, "prologue")
     if batch:
         module.add(program, prologue, "prologue", lanes=8)
-        module.add_batch("prologue", len(parameters), 0, hoisted)
+        module.add_batch("prologue", len(recorded.parameters), 0, hoisted)
     rooms: dict[str, int] = {}
     symbols = {name: f"f{k}" for k, name in enumerate(functions)}
     for k, (name, outputs) in enumerate(functions.items()):
@@ -165,7 +148,7 @@ def _module(
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:
             module.add(program, program.bodies[name], f"f{k}", lanes=8)
-            module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
+            module.add_batch(f"f{k}", len(recorded.state), hoisted, len(outputs))
     header = {
         "target": codegen.version(target),
         "hoisted": hoisted,
@@ -188,18 +171,9 @@ def _operations(program: Program, name: str) -> dict[str, int]:
     return dict(sorted(by_name.items()))
 
 
-def _key(
-    tape: Tape,
-    functions: Mapping[str, Sequence[Scalar]],
-    time: Traced | None,
-    state: Sequence[Traced],
-    parameters: Sequence[Traced],
-    batch: Sequence[str],
-    series: Mapping[str, int],
-    form: Form | None,
-    target: str = codegen.THIS,
-) -> str:
-    """Hash of the program and of the sources that compile it."""
+def program_key(recorded: Recorded, target: str, choices: Choices = _KERNELS) -> str:
+    """Return a hash of functions for a target, and of the sources that compile them."""
+    (tape, functions, time, state, parameters), (batch, series, form) = recorded, choices
     source = sources.identity(__name__.removeprefix("freebody."))
     digest = hashlib.sha256(f"{source} {codegen.version(target)} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):

@@ -18,10 +18,11 @@ import sympy
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar, Vector, cross
 from ...scalar.expression import exact
-from ..constants import check_default, constant, default_value
+from ..constants import check_default, constant
 from ..description import Description
 from ..shapes.data import unit_vector
 from ..shapes.shape import ContactShape
+from .coefficients import check_order
 
 
 class Ellipse(NamedTuple):
@@ -68,12 +69,7 @@ def ellipse(
             f"Expected static_friction of {what} in the ratio of friction, {kinetic[0]} to {kinetic[1]}, got "
             f"{pair[0]} to {pair[1]}: the ellipses of both have one shape. Multiply both of friction by one factor."
         )
-    values = [default_value(system, x) for x in (kinetic[0], pair[0])]
-    if None not in values and values[1] < values[0]:  # type: ignore[operator]
-        raise ModelError(
-            f"The static friction of {what} is {values[1]:g}, below its kinetic friction {values[0]:g}. Static "
-            f"friction is at least as large as kinetic friction: exchange them."
-        )
+    check_order(system, kinetic[0], pair[0], what)
     return Ellipse(*kinetic, pair[0], direction)
 
 

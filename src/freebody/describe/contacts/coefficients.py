@@ -92,13 +92,18 @@ def static_law(system: Description, value: Expression, friction: Scalar, what: s
             f"The static friction of {what} acts at rest and cannot depend on slip. Give its value, or leave it out: "
             f"it is then the friction at slip = 0."
         )
-    kinetic, static = (default_value(system, x) for x in (at_rest(friction), law))
-    if kinetic is not None and static is not None and static < kinetic:
-        raise ModelError(
-            f"The static friction of {what} is {static:g}, below its kinetic friction {kinetic:g}. Static friction is "
-            f"at least as large as kinetic friction: exchange them."
-        )
+    check_order(system, at_rest(friction), law, what)
     return law
+
+
+def check_order(system: Description, kinetic: Scalar, static: Scalar, what: str) -> None:
+    """Raise ModelError if static friction is below kinetic friction, by their default values."""
+    low, high = default_value(system, kinetic), default_value(system, static)
+    if low is not None and high is not None and high < low:
+        raise ModelError(
+            f"The static friction of {what} is {high:g}, below its kinetic friction {low:g}. Static friction is at "
+            f"least as large as kinetic friction: exchange them."
+        )
 
 
 def coefficient(system: Description, value: Expression, what: str) -> Scalar:

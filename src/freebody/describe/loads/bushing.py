@@ -21,8 +21,8 @@ from ..description import Description, varying
 from ..frame import Point
 from ..part import add
 from .action import Action, Couple, PointForce
-from .ends import check_ends
 from .load import Load
+from .straight import check_ends
 
 
 class Bushing(Load, kind="bushing"):

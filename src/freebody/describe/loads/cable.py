@@ -7,54 +7,38 @@ The times at which it becomes taut or slack are located.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-from ...scalar.algebra import HALF, Expression, Scalar, divide
+from ...scalar.algebra import HALF, Expression, FieldVector, Scalar, divide
 from ..description import Description
-from ..frame import Point
 from ..part import Constant, add
-from .action import Action, PointForce
-from .ends import check_ends
 from .load import Load, Look
+from .straight import Straight
 
 
-class Cable(Load, kind="cable"):
+class Cable(Straight, kind="cable"):
     """An elastic cable between two points, which may be slack."""
 
-    start: Point
-    end: Point
     stiffness: Constant  # k [N/m]
     length: Constant  # d_0 [m]
     damping: Constant = 0  # c [N s/m], while it is taut
 
     units = {"stiffness": "N/m", "length": "m", "damping": "N s/m"}
     noun = "cable"
-    words = {"start": "from", "end": "to"}
     look = Look("spring", "zigzag", "stiffness")
     switches = ("becomes taut", "becomes slack")
-
-    def check(self) -> None:
-        """Refuse two ends on one body."""
-        check_ends(self.start, self.end, self.title)
 
     @property
     def is_conservative(self) -> bool:
         """True if it has no damping."""
         return bool(self.damping == 0)
 
-    def actions(self, at: Any) -> Iterator[Action]:
-        """Yield the pull at both ends."""
-        line = at.line(self.start, self.end)
-        length = line.norm()
+    def _density(self, at: Any, line: FieldVector, length: Scalar) -> Scalar:
         stretch = length - at(self.length)
         tension = at(self.stiffness) * stretch
         if self.damping != 0:
-            rate = divide(line.dot(at.velocity(self.end) - at.velocity(self.start)), length)
-            tension = at.max(tension + at(self.damping) * rate, 0)
-        pull = at.named(divide(at.where(stretch, tension, 0), length) * line)
-        yield PointForce(self.start, pull)
-        yield PointForce(self.end, -pull)
+            tension = at.max(tension + at(self.damping) * self._rate(at, line, length), 0)
+        return divide(at.where(stretch, tension, 0), length)
 
     def potential(self, at: Any) -> Scalar:
         """Return ½ k (d - d_0)² of a taut cable, 0 of a slack one [J]."""

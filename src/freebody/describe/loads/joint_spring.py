@@ -9,17 +9,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...scalar.algebra import HALF, Scalar
-from ..joints.joint import Joint
 from ..part import Constant
 from .action import Action, JointForce
-from .displacement import check_displacement
-from .load import Load, Look
+from .along_joint import AlongJoint
+from .load import Look
 
 
-class JointSpring(Load, kind="joint_spring", sections=("springs",)):
+class JointSpring(AlongJoint, kind="joint_spring", sections=("springs",)):
     """A linear spring along one displacement of a joint, free of force at ``rest``."""
 
-    joint: Joint
     stiffness: Constant  # k [N/m] or [N m/rad]
     rest: Constant = 0  # y_0 [m] or [rad]
     index: int = 0
@@ -27,13 +25,8 @@ class JointSpring(Load, kind="joint_spring", sections=("springs",)):
     units = {"stiffness": "N/m", "rest": "m"}
     turning_units = {"stiffness": "N m/rad", "rest": "rad"}
     noun = "spring"
-    words = {"index": "coordinate"}
     labels = {"rest": "rest length"}
     look = Look("spring", "zigzag", "stiffness")
-
-    def check(self) -> None:
-        """Refuse a displacement that the joint does not have."""
-        check_displacement(self.joint, self.index, self.title)
 
     def _stretch(self, at: Any) -> Scalar:
         return at.displacement(self.joint, self.index) - at(self.rest)

@@ -13,17 +13,15 @@ from typing import Any
 from ...errors import ModelError
 from ...scalar.algebra import HALF, Scalar
 from ..constants import default_value
-from ..joints.joint import Joint
 from ..part import Constant
 from .action import Action, JointForce
-from .displacement import check_displacement
-from .load import Load, Look
+from .along_joint import AlongJoint
+from .load import Look
 
 
-class JointStop(Load, kind="joint_stop"):
+class JointStop(AlongJoint, kind="joint_stop"):
     """A compliant stop along one displacement of a joint, beyond ``low`` and beyond ``high``."""
 
-    joint: Joint
     stiffness: Constant  # k [N/m] or [N m/rad]
     low: Constant = None  # [m] or [rad]
     high: Constant = None
@@ -33,13 +31,12 @@ class JointStop(Load, kind="joint_stop"):
     units = {"stiffness": "N/m", "low": "m", "high": "m", "damping": "N s/m"}
     turning_units = {"stiffness": "N m/rad", "low": "rad", "high": "rad", "damping": "N m s/rad"}
     noun = "stop"
-    words = {"index": "coordinate"}
     look = Look("spring", "zigzag", "stiffness")
     switches = ("touches", "leaves")
 
     def check(self) -> None:
         """Refuse a displacement that the joint does not have, a stop at no end, and one that pulls or drives."""
-        check_displacement(self.joint, self.index, self.title)
+        super().check()
         if self.low is None and self.high is None:
             raise ModelError(f"{self.heading} stops nothing. Give low= or high=, or both.")
         for name in ("stiffness", "damping"):

@@ -82,7 +82,6 @@ class _Torsion(Load):
 class TorsionSpring(_Torsion, kind="torsion_spring"):
     """A linear spring along the rotation vector of a ball or free joint, free of moment at ``rest``."""
 
-    joint: Joint
     stiffness: Constant  # k [N m/rad]
     rest: Axes = IDENTITY  # the child's joint axes in the parent's
 
@@ -113,7 +112,6 @@ class TorsionSpring(_Torsion, kind="torsion_spring"):
 class TorsionDamper(_Torsion, kind="torsion_damper"):
     """A linear damper against the relative angular velocity of a ball or free joint."""
 
-    joint: Joint
     damping: Constant  # c [N m s/rad]
 
     units = {"damping": "N m s"}

@@ -153,16 +153,6 @@ class ContactRows:
         return tuple(result)
 
     @cached_property
-    def drift(self) -> tuple[Scalar, ...]:
-        """w, the part of the rates due to driven joints."""
-        rates = []
-        for rate, row in zip(self.rate, self.matrix, strict=True):
-            for entry, u in zip(row, self._state.u, strict=True):
-                rate = rate - entry * u
-            rates.append(rate)
-        return tuple(rates)
-
-    @cached_property
     def bias(self) -> tuple[Scalar, ...]:
         """b, the part of the rates' derivatives that is free of accelerations [m/s²]."""
         cache, key = self._state.cache, "along its speeds"

@@ -18,6 +18,7 @@ from ...model.model import Model
 from ..coordinates import forces_on_free_displacements
 from ..state import State
 from .constraints import rows
+from .dependence import path_between
 from .linearized import linearized
 
 
@@ -70,9 +71,5 @@ def _between(model: Model, joints: Iterable[str]) -> tuple[str, ...]:
     first, *others = (model.joints[name].links[-1] for name in joints)
     links = {first, *others}
     for j in others:
-        i = first
-        while i != j:  # parents come before their children
-            i, j = min(i, j), max(i, j)
-            links.add(j)
-            j = model.links[j].parent
+        links.update(path_between(model, first, j)[0])
     return tuple(name for name, joint in model.joints.items() if joint.links[-1] in links)

@@ -40,12 +40,8 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
         elif isinstance(constraint, Rolling):
             result[name] = of_bodies((constraint.center.body, constraint.plane.body))
         elif isinstance(constraint, Gear):
-            result[name] = frozenset().union(
-                *(
-                    moving[model.joints[joint.name].links[0]]
-                    for joint in (constraint.first, constraint.second)
-                )
-            )
+            geared = (model.joints[joint.name].links[0] for joint in (constraint.first, constraint.second))
+            result[name] = frozenset().union(*(moving[i] for i in geared))
         elif isinstance(constraint, Touching):
             result[name] = frozenset()
         else:
@@ -53,15 +49,19 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
     return result
 
 
-def loop_links(model: Model, closure: Closure) -> list[int]:
-    """Return the links of a loop: those that carry one of the two bodies of the closure but not both."""
-    i, j = (place_of(model, body)[0] for body in (closure.parent, closure.child))
+def path_between(model: Model, i: int, j: int) -> tuple[list[int], int]:
+    """Return the links on the way from one link to another, without the one that carries both, and that one."""
     result = []
     while i != j:  # parents come before their children
         i, j = min(i, j), max(i, j)
         result.append(j)
         j = model.links[j].parent
-    return result
+    return result, i
+
+
+def loop_links(model: Model, closure: Closure) -> list[int]:
+    """Return the links of a loop: those that carry one of the two bodies of the closure but not both."""
+    return path_between(model, *(place_of(model, body)[0] for body in (closure.parent, closure.child)))[0]
 
 
 def _moving(model: Model, i: int) -> frozenset[int]:

@@ -29,7 +29,7 @@ from ..kinematics import (
 from ..linear import entries
 from ..state import State
 from .constraint_forces import friction_along_tangents
-from .constraints import Row, count_of_contact, count_of_pin, from_carrier, own_rows, residuals, rows
+from .constraints import count_of_contact, count_of_pin, from_carrier, own_rows, residuals, rows
 from .contact import ContactRows, rows_of
 from .dependence import dependence, directions
 from .loop_ends import carrier_of, last_link, loop_rows
@@ -95,6 +95,13 @@ class Linearized:
     def _contact_rows(self, touching: Touching) -> ContactRows:
         return rows_of(self._model, self._state, (touching.contact,))
 
+    def _with_contacts(self, result: list[Any], name: str) -> tuple[Any, ...]:
+        """Return values of all rows, with those of closed contacts from their own rows."""
+        for i, touching in self.touching:
+            own = getattr(self._contact_rows(touching), name)
+            result[i : i + count_of_contact(touching)] = own[own_rows(touching)]
+        return tuple(result)
+
     @cached_property
     def residual(self) -> tuple[Scalar, ...]:
         """φ of conditions on coordinates, ψ of those on speeds."""
@@ -106,9 +113,7 @@ class Linearized:
         along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
         result = [value_at_start(r) if kind.on_speeds else derivative_at_start(r, 1) for r, kind in pairs]
-        for i, touching in self.touching:
-            result[i : i + count_of_contact(touching)] = self._contact_rows(touching).rate[own_rows(touching)]
-        return tuple(result)
+        return self._with_contacts(result, "rate")
 
     @cached_property
     def bias(self) -> tuple[Scalar, ...]:
@@ -118,9 +123,7 @@ class Linearized:
         result = [derivative_at_start(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
         for i, pin in self._pins:
             result[i : i + count_of_pin(pin)] = self._in_ground(pin)[1]
-        for i, touching in self.touching:
-            result[i : i + count_of_contact(touching)] = self._contact_rows(touching).bias[own_rows(touching)]
-        return tuple(result)
+        return self._with_contacts(result, "bias")
 
     @cached_property
     def matrix(self) -> tuple[tuple[Scalar, ...], ...]:
@@ -128,7 +131,7 @@ class Linearized:
         model, state, kinds = self._model, self._state, self._kinds
         depends = dependence(model)
         at_rest: list[Scalar] = []
-        if _any_speed(kinds):
+        if any(kind.on_speeds for kind in kinds):
             zeros = [0] * model.n_u
             at_rest = residuals(model, replaced(state, state.field, state.t, state.q, zeros), contacts=False)
         columns: list[dict[int, Scalar]] = [{} for _ in kinds]
@@ -142,11 +145,7 @@ class Linearized:
         result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in columns]
         for i, pin in self._pins:
             result[i : i + count_of_pin(pin)] = map(tuple, self._in_ground(pin)[0])
-        for i, touching in self.touching:
-            result[i : i + count_of_contact(touching)] = self._contact_rows(touching).matrix[
-                own_rows(touching)
-            ]
-        return tuple(result)
+        return self._with_contacts(result, "matrix")
 
     @cached_property
     def acting(self) -> tuple[tuple[Scalar, ...], ...]:
@@ -172,10 +171,6 @@ def linearized(model: Model, state: State) -> Linearized:
     if "constraints" not in state.cache:
         state.cache["constraints"] = Linearized(model, state)
     return state.cache["constraints"]
-
-
-def _any_speed(kinds: Sequence[Row]) -> bool:
-    return any(kind.on_speeds for kind in kinds)
 
 
 def _along_motion(

@@ -36,6 +36,7 @@ from ...space.spatial import (
 from ..articulated import free_motions
 from ..linear import Selection, entries
 from ..state import State
+from .dependence import path_between
 
 
 def own_speeds(model: Model) -> list[list[int]] | None:
@@ -63,11 +64,7 @@ def carriers(model: Model, speeds: Sequence[Sequence[int]], G: Sequence[Sequence
         meet: int | None = None
         for j, _ in entries(row):
             i = model.links[moved[j]].parent
-            if meet is None:
-                meet = i
-            while meet != i:  # parents come before their children
-                meet, i = min(meet, i), max(meet, i)
-                i = model.links[i].parent
+            meet = i if meet is None else path_between(model, meet, i)[1]
         result.append(GROUND if meet is None else meet)
     return result
 

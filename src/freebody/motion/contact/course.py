@@ -17,7 +17,7 @@ from ...model.resistance import pressers
 from ..families.pair_quantities import pair_quantities, poses_at
 from ..kernels.kernels import Kernels
 from ..kernels.program import Program, at_states
-from ..ode.dense_output import Array, Path
+from ..ode.dense_output import Array, Path, observe
 from ..phase.candidates.candidates import stretch_numbers
 from ..phase.scene import ends_of_sides
 from ..start.initial import number
@@ -26,6 +26,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.in_legs import InLegs, phases_of
+from ..trajectory.phases import Segment
 from ..trajectory.quantities import ByName, Energy
 
 
@@ -255,6 +256,21 @@ class Touching:
         for pair in motion.kernels.model.patches:
             result[pair.whole.name] = _whole(motion, pair, result)
         return ByName("contact", result)
+
+
+def forces_of(motion: ComputedMotion, phase: Segment, times: Array, states: Array, ratios: Array) -> Array:
+    """Return the forces of all contacts in a phase, in the order of :func:`contact_layout`, shape (n, rows).
+
+    ``ratios`` are those of :func:`stretch_numbers`.
+    """
+    if not phase.modes:  # time-stepping, or a motion without phases
+        stepped: Any = motion.course
+        return np.asarray(stepped.mean_forces(times))
+    if isinstance(phase.path, Leap):  # at its start, slip has no direction yet
+        times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
+    program, kernels = phase.kernels.contact(), motion.kernels
+    constants = program.constants(phase.values(kernels.parameters(motion.numbers)))
+    return observe(program.address("force"), len(ratios), times, states, constants) * ratios
 
 
 def distances(model: Model, gap: Array, reach: Array, rate: Array) -> tuple[Array, Array]:

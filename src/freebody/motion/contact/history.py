@@ -16,7 +16,7 @@ from ..events.code import code
 from ..events.limits import HELD, SLOW
 from ..ode.dense_output import Array, Crossing, Path
 from ..phase import laws
-from ..phase.scene import KINDS, at_limit
+from ..phase.phase import KINDS, at_limit
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown

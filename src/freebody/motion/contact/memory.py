@@ -21,8 +21,9 @@ from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.memory import equip, make_log, make_rows, memory, watch
 from ..ode.run import Run
+from ..phase.phase import functions
 from ..phase.phase_record import PhaseData
-from ..phase.scene import Scene, functions
+from ..phase.scene import Scene
 from .patches import Patches
 
 KERNELS = {

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..phase import laws
-from ..phase.scene import KINDS, Phase, direction_of
-from ..phase.snapshot import Snapshot
+from ..phase.phase import KINDS, Phase, direction_of
+from ..phase.scene import Snapshot
 from ..trajectory.phases import Segment
 from .state import ContactRun
 

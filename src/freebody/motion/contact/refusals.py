@@ -11,7 +11,7 @@ from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
 from ..events import event_run, limits
 from ..ode.dense_output import observe
 from ..phase.laws import OPEN
-from ..phase.scene import KINDS
+from ..phase.phase import KINDS
 from ..start.loaded_joints import jammed, struck_load
 from .state import ContactRun
 

@@ -24,7 +24,7 @@ from ..events.code import code
 from ..legs.blow import Blow, happening_of, hit_by, speeds_after
 from ..ode.dense_output import Array
 from ..phase.laws import CLOSED
-from ..phase.snapshot import Snapshot
+from ..phase.scene import Snapshot
 from ..start.fitting import refuse_misfits
 from ..start.loaded_joints import check_blows
 from ..start.overlap import refuse_overlap, sides_of

@@ -18,7 +18,8 @@ from ..events import event_run
 from ..events.code import code
 from ..kernels.kernels import Kernels, kernels_of
 from ..ode.dense_output import Array
-from ..phase.scene import KINDS, SMOOTH, Modes, Scene
+from ..phase.phase import KINDS, SMOOTH, Modes
+from ..phase.scene import Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time

@@ -20,8 +20,7 @@ from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
 from ..ode.dense_output import Array, outputs_at
 from ..phase.candidates.candidates import stretch_numbers
-from ..phase.scene import Scene, scene_of
-from ..phase.snapshot import Snapshot
+from ..phase.scene import Scene, Snapshot, scene_of
 from ..request import Problem
 from ..trajectory.event import EventSpec, expressions_of
 from .memory import Memory, Watched, memory_of

@@ -33,7 +33,8 @@ from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
 from ..phase.candidates.candidates import layout_of
-from ..phase.scene import Phase, phase_of
+from ..phase.phase import Phase
+from ..phase.scene import phase_of
 from ..timestepping.course import InSteps
 from ..timestepping.intervals import Intervals
 from ..timestepping.pair_motion import PairLog, width_of

@@ -29,7 +29,7 @@ from ..kernels.methods import made_by
 from ..kernels.sides import SidedKernels
 from ..legs.sided_variation import SidedVariation
 from ..ode.dense_output import Path
-from ..phase.scene import Phase
+from ..phase.phase import Phase
 from ..timestepping.course import InSteps
 from ..timestepping.steps import Steps
 from ..trajectory.phases import Phases, Segment, segments_of

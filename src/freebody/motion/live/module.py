@@ -14,7 +14,7 @@ from ...native.records import Record
 from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
 from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
-from ...program.kernels import machine_text, program_key
+from ...program.kernels import Recorded, machine_text, program_key
 from .machine import LiveMachine
 from .memory import READ
 
@@ -65,13 +65,13 @@ def module_of(
 
 def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
     """Header of the functions, and the object of the loop and the functions, from the disk or compiled now."""
-    tape = machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
+    tape = Recorded(machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters)
     needs = bool(machine.setting.kernels.active), machine.touching is not None
-    key = _key(program_key(*tape, TARGET), needs)
+    key = _key(program_key(tape, TARGET), needs)
     stored = cache.load(key)
     if stored is not None:
         return stored
-    header, text = machine_text(*tape, TARGET)
+    header, text = machine_text(tape, TARGET)
     code = wasm_object(_loop(needs), text)
     cache.store(key, header, code)
     return header, code

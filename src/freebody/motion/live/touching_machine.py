@@ -24,7 +24,9 @@ from ..kernels.hoisted import Hoisted
 from ..kernels.sided_run import SidedRun, sided_run
 from ..kernels.sides import sided_kernels
 from ..ode.memory import watch
-from ..phase.scene import DataProgram, Source, scene_of
+from ..phase.phase import Source
+from ..phase.phase_data import DataProgram
+from ..phase.scene import scene_of
 from .memory import Live
 from .setting import Setting
 

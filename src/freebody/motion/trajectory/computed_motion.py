@@ -98,15 +98,14 @@ class ComputedMotion:
         """Keep the path and the states at the output times; all other quantities can be computed again."""
         with suppress(ValueError):  # a failed run may have no values between its steps
             self.states  # noqa: B018
-        computed = {
-            name
-            for kind in type(self).__mro__
-            for name, entry in vars(kind).items()
-            if isinstance(entry, cached_property)
-        }
-        return {
-            name: x for name, x in self.__dict__.items() if name in ("t", "states") or name not in computed
-        }
+        kept, computed = ("t", "states"), self._computed
+        return {name: x for name, x in self.__dict__.items() if name in kept or name not in computed}
+
+    @property
+    def _computed(self) -> set[str]:
+        """Names of the quantities that are computed when they are first asked for."""
+        entries = (item for kind in type(self).__mro__ for item in vars(kind).items())
+        return {name for name, entry in entries if isinstance(entry, cached_property)}
 
     def __copy__(self) -> Self:
         other = type(self).__new__(type(self))

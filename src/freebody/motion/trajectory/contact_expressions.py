@@ -14,7 +14,7 @@ from ...model.family import contact_named
 from ...scalar.expression import exact
 from ...scalar.parser import parse
 from ..kernels.contact_quantities import NAMES, OfContacts
-from .outputs import quantity_of
+from .outputs import force_named, quantity_of
 from .phases import Phases
 
 SAME = 1e-12
@@ -60,12 +60,8 @@ def _quantity(model: Model, match: re.Match[str], what: str) -> tuple[tuple[str,
     """Return the terms of the quantity of a contact that a part of a text names; None for other names."""
     name, kind, number = match.groups()
     if kind is None:
-        for contact in model.contacts:
-            if name == contact.normal_name:
-                return ((contact.name, "normal", 0),)
-            if name in contact.tangent_names:
-                return ((contact.name, "tangential", contact.tangent_names.index(name)),)
-        return None
+        force = force_named(model, name)
+        return None if force is None else (force,)
     found = contact_named(model, name)
     if found is None:
         return None

@@ -11,17 +11,25 @@ import numpy as np
 from ...model.contact import OF_LENGTHS
 from ...version import VERSION
 from .computed_motion import ComputedMotion
+from .quantities import LEDGER
 from .units import unit_of
 
 if TYPE_CHECKING:
     import xarray
 
-_ENERGIES = {
-    "kinetic_energy": ("kinetic", "kinetic energy of all bodies"),
-    "potential_energy": ("potential", "potential energy of weight and springs"),
-    "work": ("work", "work done since the start by loads without potential and by drives"),
-    "energy_residual": ("residual", "what the energy ledger fails to balance"),
+ENERGIES = {
+    "kinetic_energy": "kinetic energy of all bodies",
+    "potential_energy": "potential energy of weight and springs",
+    "work": "work done since the start by loads without potential and by drives",
+    "energy_residual": "what the energy ledger fails to balance",
 }
+
+
+_OF_CONTACT = {
+    "gap": "gap {}", "approach": "speed at which the gap closes {}", "normal": "normal force {}",
+    "tangential": "friction on the feature {}", "slip": "slip velocity {}",
+    "margin": "what friction has left {}, mu_s N - |T|",
+}  # fmt: skip
 
 
 def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
@@ -43,8 +51,12 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
             trajectory.states[:, i],
             {"units": unit_of(trajectory, name), "long_name": text},
         )
-    for name, (attribute, text) in _ENERGIES.items():
-        variables[name] = ("time", getattr(trajectory.energy, attribute), {"units": "J", "long_name": text})
+    for name, text in ENERGIES.items():
+        variables[name] = (
+            "time",
+            getattr(trajectory.energy, LEDGER[name]),
+            {"units": "J", "long_name": text},
+        )
     for name, pose in trajectory.poses.items():
         variables[f"{name}.position"] = (
             ("time", "axis"),
@@ -105,22 +117,11 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
 
 def _of_contact(name: str, motion: Any, units: Mapping[str, str]) -> dict[str, Any]:
     """Return gap, approach, forces, slip, friction-cone margin and mode of a contact."""
-    about = f"of contact {name}"
-    found = {
-        "gap": (motion.gap, f"gap {about}"),
-        "approach": (motion.approach, f"speed at which the gap closes {about}"),
-        "normal": (motion.normal, f"normal force {about}"),
-        "tangential": (motion.tangential, f"friction on the feature {about}"),
-        "slip": (motion.slip, f"slip velocity {about}"),
-        "margin": (motion.margin, f"what friction has left {about}, mu_s N - |T|"),
-    }
-    variables: dict[str, Any] = {
-        f"{name}.{quantity}": (
-            ("time", "tangent")[: values.ndim], values, {"units": units[quantity], "long_name": words},
-        )
-        for quantity, (values, words) in found.items()
-        if values.size  # a stop has no tangent
-    }  # fmt: skip
-    return variables | {
-        f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"})
-    }
+    about, result = f"of contact {name}", dict[str, Any]()
+    for what, text in _OF_CONTACT.items():
+        values = getattr(motion, what)
+        if values.size:  # a stop has no tangent
+            dims = ("time", "tangent")[: values.ndim]
+            result[f"{name}.{what}"] = (dims, values, {"units": units[what], "long_name": text.format(about)})
+    result[f"{name}.mode"] = ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"})
+    return result

@@ -11,7 +11,6 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..ode.run import AT_MARGIN, CLEAR, MARGIN, PARTS
 from .computed_motion import ComputedMotion
 from .outputs import CONTACT_MODES, ENERGIES, OfContact, OfReaction, Output, Quantity
 from .phases import Phases
+from .quantities import LEDGER
 
 _HALVINGS = 8
 _BRACKETS = 64  # brackets that are refined together
@@ -60,13 +60,7 @@ def _energy(motion: ComputedMotion, name: str) -> Any:
     """Return one of `ENERGIES` at the output times."""
     assert name in ENERGIES
     if name != "work_rate":
-        attributes = {
-            "kinetic_energy": "kinetic",
-            "potential_energy": "potential",
-            "energy": "total",
-            "work": "work",
-        }
-        return getattr(motion.energy, attributes[name])
+        return getattr(motion.energy, LEDGER[name])
     if not motion.has_work:
         return 0.0
     return motion._rates()[:, motion.kernels.model.n_q + motion.kernels.model.n_u]
@@ -244,10 +238,8 @@ def _is_noise(begins: Array, spans: Array, samples: Array, function: Function) -
 def _at(motion: ComputedMotion, times: Array, leg: Any = None) -> ComputedMotion:
     """Return the same motion, or one leg of it, with other output times."""
     other = copy.copy(motion)
-    for kind in type(motion).__mro__:
-        for name, entry in vars(kind).items():
-            if isinstance(entry, cached_property):
-                other.__dict__.pop(name, None)
+    for name in motion._computed:
+        other.__dict__.pop(name, None)
     other.t = times
     if leg is not None:
         other.path = leg

@@ -205,6 +205,16 @@ def quantity_of(model: Model, value: Any, where: str = "") -> Mapping[str, OfCon
     return _of_contact(model, value, where or f"output '{value}'") or _of_reaction(model, value)
 
 
+def force_named(model: Model, name: str) -> tuple[str, str, int] | None:
+    """Return contact, quantity and component of a force by its own name, such as "N_floor"; None for other names."""
+    for contact in model.contacts:
+        if name == contact.normal_name:
+            return contact.name, "normal", 0
+        if name in contact.tangent_names:
+            return contact.name, "tangential", contact.tangent_names.index(name)
+    return None
+
+
 def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]:
     """Return the components of the quantity of a contact that a text names, by what is added to the text: ".1" and
     ".2", or nothing if there is one; empty for other values. "N_floor" is "floor.normal", and "T_floor" likewise.
@@ -212,11 +222,9 @@ def _of_contact(model: Model, value: Any, where: str) -> Mapping[str, OfContact]
     if not isinstance(value, str):
         return {}
     text = value.strip()
-    for contact in model.contacts:
-        if text == contact.normal_name:
-            return {"": OfContact(contact.name, "normal")}
-        if text in contact.tangent_names:
-            return {"": OfContact(contact.name, "tangential", contact.tangent_names.index(text))}
+    force = force_named(model, text)
+    if force is not None:
+        return {"": OfContact(*force)}
     name, _, what = text.rpartition(".")
     component = None
     if what.isdigit():

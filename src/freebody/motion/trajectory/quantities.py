@@ -46,6 +46,13 @@ class Energy:
         return worst / scale if scale > 0 else worst
 
 
+LEDGER = {
+    "kinetic_energy": "kinetic", "potential_energy": "potential", "energy": "total", "work": "work",
+    "energy_residual": "residual",
+}  # fmt: skip
+"""Parts of `Energy` by the names that outputs have for them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Reaction:
     """Force and moment that a joint transmits, at the output times.

@@ -12,9 +12,10 @@ from ...errors import ExpressionError, SimulationError
 from ...rooms_above import module_for
 from ..ending import End
 from .computed_motion import ComputedMotion
-from .dataset import dataset
+from .dataset import ENERGIES, dataset
 from .extremes import extremes, values
 from .outputs import OfContact, outputs_of, quantity_of, reduction
+from .quantities import LEDGER
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -60,8 +61,8 @@ class Trajectory(ComputedMotion):
             return self.states[:, self.names.index(text)]
         if isinstance(name, str) and name in ("t", "time"):
             return self.t
-        if isinstance(name, str) and name in _PRODUCTS:
-            return getattr(self.energy, _PRODUCTS[name])
+        if isinstance(name, str) and name in ENERGIES:
+            return getattr(self.energy, LEDGER[name])
         if isinstance(name, str) and name.endswith("'") and name[:-1] in self.kernels.model.speed_names:
             return self._rates()[:, self.kernels.model.n_q + self.kernels.model.speed_names.index(name[:-1])]
         if isinstance(name, str) and (number := self._number(name)) is not None:
@@ -234,11 +235,3 @@ class Trajectory(ComputedMotion):
             f"Trajectory of '{self.name}': t = {self.path.start:g} to {self.path.end:g} s, "
             f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}{warnings}"
         )
-
-
-_PRODUCTS = {
-    "kinetic_energy": "kinetic",
-    "potential_energy": "potential",
-    "work": "work",
-    "energy_residual": "residual",
-}

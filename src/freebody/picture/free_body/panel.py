@@ -49,7 +49,7 @@ class Panel:
 
     Parameters
     ----------
-    equations, now, view, scale
+    e, now, view, scale
         The model, its configuration, the view and the points per unit of length.
     body : str
     pieces : sequence of Primitive
@@ -69,7 +69,7 @@ class Panel:
         Points of all arrows on paper.
     """
 
-    equations: Equations
+    e: Equations
     now: Configuration
     view: View
     scale: float
@@ -123,16 +123,14 @@ class Panel:
         group.add(self._points())
         measures: list[Measured] = []
         if angles and self.view.planar:
-            angle = angle_of(self.equations, self.now, self.view, self.scale, self.body, pieces=self.pieces)
-            measures += self._add_measures(group, angle)
+            measures += self._add_measures(group, angle_of(self, self.body, pieces=self.pieces))
         self.ends = [self.page(mark.point) for mark in marks]
         placed = [] if blank else [(mark, *self._arrow(mark)) for mark in self._ordered(marks)]
         for mark, arrow, _ in placed:
             arrow.attributes |= self._attributes(mark)
             group.add(arrow)
         if dimensions and self.view.planar:
-            lengths = dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
-            measures += self._add_measures(group, lengths)
+            measures += self._add_measures(group, dimensions_of(self, self.body, self.placer))
         for mark, arrow, anchors in placed:
             color = self._style(mark).stroke or INK
             label = self.placer.label(f"${mark.label}$", anchors, LABEL, legible(color))

@@ -30,9 +30,11 @@ from ...errors import FreebodyError, ModelError, SimulationError
 from ...model.contact import Contact
 from ...model.contact_modes import Touching, in_modes
 from ...model.model import Model
+from ...motion.contact.course import forces_of
 from ...motion.contact.equations_at_start import assembled, modes_at_start
-from ...motion.ode.dense_output import observe
+from ...motion.phase.candidates.candidates import stretch_numbers
 from ...motion.start.initial import named_state, number
+from ...motion.trajectory.phases import Segment, segments_of
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations, equations
 from .shapes import machine_size
@@ -359,12 +361,15 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     return Configuration(model, state, values, True, lookup, transmitted, undetermined)
 
 
+def _segment(trajectory: Any, time: float) -> Segment:
+    """Return the phase of a motion at a time."""
+    segments = segments_of(trajectory.path, trajectory.kernels)
+    return segments[int(trajectory.path.places(np.array([time]))[0]) if len(segments) > 1 else 0]
+
+
 def _open_forces(model: Model, trajectory: Any, time: float) -> frozenset[str]:
     """Names of the contact forces that the motion does not determine at a time."""
-    segments = getattr(trajectory.path, "segments", None)
-    if segments is None:
-        return frozenset()
-    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
+    segment = _segment(trajectory, time)
     if segment.loose is None:
         return frozenset()
     return frozenset(
@@ -388,26 +393,16 @@ def _determined(
 
 def _forces_at(model: Model, trajectory: Any, time: float) -> dict[str, float]:
     """Return the contact forces of a motion at a time, by name."""
-    layout, times = contact_layout(model.contacts), np.array([time])
-    if getattr(trajectory.path, "segments", None) is None:
-        forces = trajectory.course.mean_forces(times)[0]
-    else:
-        segment = trajectory.path.segments[int(trajectory.path.places(times)[0])]
-        program = segment.kernels.contact()
-        forces = observe(
-            program.address("force"), len(layout), times, segment.path.sample(times),
-            program.constants(segment.values(segment.kernels.parameters(trajectory.numbers))),
-        )[0]  # fmt: skip
-    return {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
+    times, segment = np.array([time]), _segment(trajectory, time)
+    ratios = stretch_numbers(model, trajectory.numbers)
+    forces = forces_of(trajectory, segment, times, segment.path.sample(times), ratios)[0]
+    return {row.name: float(x) for row, x in zip(contact_layout(model.contacts), forces, strict=True)}
 
 
 def _values_at(trajectory: Any, time: float) -> Mapping[str, float]:
     """Return the values of the parameters at a time of a motion: signals, controllers and places change them."""
-    segments = getattr(trajectory.path, "segments", None)
-    if segments is None:
-        return dict(trajectory.numbers)
-    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
-    values = segment.values(segment.kernels.parameters(trajectory.numbers)).tolist()
+    common = trajectory.kernels.parameters(trajectory.numbers)
+    values = _segment(trajectory, time).values(common).tolist()
     return dict(zip(trajectory.numbers, values, strict=True))
 
 

@@ -15,6 +15,7 @@ from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
 from .machine_drawing import MachineDrawing
 from .measures import Measured, angle_of, dimensions_of, ground_dimensions
+from .shapes import numbers
 from .space_dimensions import mark_tilts, space_dimensions
 
 Array = NDArray[np.float64]
@@ -40,9 +41,7 @@ def mark_coordinates(m: MachineDrawing) -> None:
         if any(link.own for link in links):
             _body_axes(m, joint.child)
         if m.view.planar and any(link.turns_only for link in links):
-            angles = [
-                angle_of(m.e, m.now, m.view, m.scale, joint.child, relative) for relative in (False, True)
-            ]
+            angles = [angle_of(m, joint.child, relative) for relative in (False, True)]
             # the angle with the shorter label: the absolute one, if that is what the coordinate measures
             best = min((angle for angle in angles if angle), key=lambda angle: len(angle[0][1]), default=[])
             at = m.page(m.joints[name].point)
@@ -118,9 +117,9 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     place = chain.index(number)
     neighbours = [chain[place + 1]] if place + 1 < len(chain) else []
     neighbours += [chain[place - 1]] if place > 0 else []
-    candidates = [np.array([float(m.now.state(x)) for x in m.model.links[i].axis]) for i in neighbours]
+    candidates = [numbers(m.now.state, m.model.links[i].axis) for i in neighbours]
     candidates += [np.eye(3)[k] for k in range(3)]
-    local = np.array([float(m.now.state(x)) for x in link.axis])
+    local = numbers(m.now.state, link.axis)
     across = np.cross(local, np.eye(3)[int(np.argmin(np.abs(local)))])  # an oblique axis has no other one
     candidates.append(across / float(np.linalg.norm(across)))
     square = [R @ d for d in candidates if abs(float(d @ local)) < 1e-9]
@@ -238,7 +237,7 @@ def mark_dimensions(m: MachineDrawing) -> None:
     for name in m.model.bodies:
         if m.view.planar:
             placer = m.placer.about(m.areas_of(name))
-            measures = dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False)
+            measures = dimensions_of(m, name, placer, center=False)
         else:
             measures = space_dimensions(m, name) if name in m.drawn else []
         for group, tex, anchor in measures:
@@ -250,7 +249,7 @@ def mark_dimensions(m: MachineDrawing) -> None:
         mark_tilts(m)
         return
     placer = m.placer.about([area for name in m.drawn for area in m.areas_of(name)])
-    for group, tex, anchor in ground_dimensions(m.e, m.now, m.view, m.scale, placer):
+    for group, tex, anchor in ground_dimensions(m, placer):
         if tex not in done:
             _add_measures(m, [(group, tex, anchor)])
 

@@ -26,7 +26,7 @@ from ..paper.sheet import Arrow, Line, Style, arc, box_of
 from .force_arrows import Mark, Marks
 from .lines_of_action import mark_line, moved_forces
 from .machine_drawing import MachineDrawing
-from .shapes import ends_of
+from .shapes import ends_of, numbers
 
 Array = NDArray[np.float64]
 
@@ -254,7 +254,7 @@ def impulses(m: MachineDrawing, blows: Mapping[str, Any]) -> None:
                 f"Expected a point of a body of '{m.model.name}' for the impulse '{name}', got {shown(point)}."
             )
         system = point.body.system
-        v = np.array([float(m.now.state(x)) for x in vector(system, components, f"the impulse '{name}'")])
+        v = numbers(m.now.state, vector(system, components, f"the impulse '{name}'"))
         at, d = m.page(m.now.point(point)), m.view(v)
         if not d.any():
             raise ModelError(f"Expected an impulse '{name}' that the drawing can show, got zero in its view.")

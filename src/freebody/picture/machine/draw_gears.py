@@ -22,7 +22,7 @@ from ..paper import symbols
 from ..paper.palette import GREY, INK
 from ..paper.sheet import Circle, Line, Style
 from .machine_drawing import MachineDrawing
-from .shapes import Primitive
+from .shapes import Primitive, numbers
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def meshes(m: MachineDrawing) -> Iterator[tuple[str, list[Wheel]]]:
 def _sides(m: MachineDrawing, gear: Gear | Backlash, mesh: Mesh) -> list[Wheel]:
     R, _ = m.now.posture(mesh.carrier.name)
     point = m.now.point(mesh.point)
-    tangent, apart = (R @ np.array([float(m.now.state(x)) for x in v]) for v in (mesh.tangent, mesh.apart))
+    tangent, apart = (R @ numbers(m.now.state, v) for v in (mesh.tangent, mesh.apart))
     away = apart / np.linalg.norm(apart)
     tooth = np.cross(away, tangent)
     tooth /= np.linalg.norm(tooth)

@@ -20,9 +20,9 @@ from ..paper.palette import GREEN, GREY, INK
 from ..paper.placing import inside, sampled
 from ..paper.sheet import Arrow, Circle, Line, Style, arc
 from .configuration import NEAR
-from .machine_drawing import ROUND, MachineDrawing, fixed
+from .machine_drawing import ROUND, MachineDrawing
 from .outlines import outlines, polygon
-from .shapes import ropes_of, scenery_of
+from .shapes import numbers, ropes_of, scenery_of
 
 Array = NDArray[np.float64]
 
@@ -76,16 +76,16 @@ def surfaces(m: MachineDrawing) -> None:
         drawn.append(shape)
         look = shape.look
         if look == "plane":
-            _ground(m, fixed(m, shape.at), fixed(m, shape.normal))
+            _ground(m, numbers(m.now.state, shape.at), numbers(m.now.state, shape.normal))
         elif look == "side" and m.view.planar:
-            start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
-            _edge(m, start, end, m.view(fixed(m, shape.normal)))
+            start, end = (m.page(numbers(m.now.state, point)) for point in (shape.start, shape.end))
+            _edge(m, start, end, m.view(numbers(m.now.state, shape.normal)))
         elif look in ROUND and m.view.planar:
             (_tin if _seen_along(m, shape) else _wall_round)(m, shape)
         elif look == "profile" and m.view.planar and not m.view(np.eye(3)[2]).any():
             _profile(m, shape)
         elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
-            at = m.page(fixed(m, shape.components))
+            at = m.page(numbers(m.now.state, shape.components))
             if shape in names:
                 m.labels.append((f"${latex_name(names[shape])}$", [(at, None)], 9.5, GREY))
             if m.model.scenery is None:
@@ -136,7 +136,7 @@ def _ground(m: MachineDrawing, point: Array, normal: Array) -> None:
 def _profile(m: MachineDrawing, shape: Any) -> None:
     """Draw what is under the machine of a line of heights."""
     x, beyond = m.extent[:, 0], 20.0 / m.scale
-    at = fixed(m, shape.at)
+    at = numbers(m.now.state, shape.at)
     line = heights(m.now.state, shape, at, (float(x.min()) - beyond, float(x.max()) + beyond))
     if line[0, 0] < line[-1, 0]:
         points = np.array([m.page(point) for point in line])
@@ -157,16 +157,19 @@ def heights(state: State, shape: Any, at: Array, reach: tuple[float, float]) -> 
 
 def _seen_along(m: MachineDrawing, shape: Any) -> bool:
     """Return True for a tin whose axis lies in the plane of the drawing."""
-    return hasattr(shape, "length") and abs(float(np.linalg.norm(m.view(fixed(m, shape.axis)))) - 1) < 1e-9
+    return (
+        hasattr(shape, "length")
+        and abs(float(np.linalg.norm(m.view(numbers(m.now.state, shape.axis)))) - 1) < 1e-9
+    )
 
 
 def _tin(m: MachineDrawing, shape: Any) -> None:
     """Draw a tin along its axis: two lines of its wall, and its ends."""
-    at, axis = (m.view(fixed(m, x)) for x in (shape.at, shape.axis))
+    at, axis = (m.view(numbers(m.now.state, x)) for x in (shape.at, shape.axis))
     r, half = (float(m.now.state(x)) for x in (shape.radius, shape.length / 2))
     across = np.array([-axis[1], axis[0]])
     corner = {
-        (i, j): m.page(fixed(m, shape.at)) + m.scale * (i * half * axis + j * r * across)
+        (i, j): m.page(numbers(m.now.state, shape.at)) + m.scale * (i * half * axis + j * r * across)
         for i in (-1, 1)
         for j in (-1, 1)
     }
@@ -177,7 +180,7 @@ def _tin(m: MachineDrawing, shape: Any) -> None:
 
 def _wall_round(m: MachineDrawing, shape: Any) -> None:
     """A round wall, hatched where the ground is."""
-    center = m.page(fixed(m, shape.at))
+    center = m.page(numbers(m.now.state, shape.at))
     r = m.scale * float(m.now.state(shape.radius))
     items: list[Any] = [Line(arc(center, r, 0.0, 2 * math.pi), Style(INK, 1.3))]
     sign = 1.0 if shape.inside else -1.0

@@ -16,7 +16,8 @@ from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
 from ..paper.sheet import Arrow, Line, Style, arc
 from .lines_of_action import fixed_force
-from .machine_drawing import MachineDrawing, fixed
+from .machine_drawing import MachineDrawing
+from .shapes import numbers
 
 Array = NDArray[np.float64]
 
@@ -70,17 +71,17 @@ def mark_inclinations(m: MachineDrawing) -> None:
 def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:
     """Draw the angle from the horizontal of a bar that leans at zero coordinates, if it is drawn there."""
     place = m.model.bodies[name]
-    shape = place.properties.shape if place.properties is not None else None
+    shape = place.shape
     if shape is None or shape.kind != "slender_bar" or shape.parts:
         return
     model, state = m.model, m.e.state
     zero = State(model, state.field, state.t, rest_coordinates(model), [0] * model.n_u, state.values)
     turned = apply(rotation(model, zero, place.link), apply(shape.axes, shape.axis))
     direction = [sympy.sympify(m.e.sympy(x)) for x in turned]
-    numbers = np.array([float(m.now.state(x)) for x in direction])
+    along = numbers(m.now.state, direction)
     R, p = m.now.posture(name)
     piece = m.pieces[name][0]
-    if abs(float(numbers @ (R @ piece.axis))) < 1 - 1e-9:
+    if abs(float(along @ (R @ piece.axis))) < 1 - 1e-9:
         return
     ends = [m.page(p + R @ (piece.center + s * piece["length"] / 2 * piece.axis)) for s in (1, -1)]
     _mark(m, min(ends, key=lambda q: float(q[1])), (direction[across], direction[up]))
@@ -88,10 +89,10 @@ def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:
 
 def _low_end(m: MachineDrawing, shape: Any) -> Array | None:
     """The low end of a drawn slope, on paper."""
-    n = m.view(fixed(m, shape.normal))
+    n = m.view(numbers(m.now.state, shape.normal))
     d = np.array([n[1], -n[0]]) / np.linalg.norm(n)
     d = d if d[1] < 0 else -d
-    foot = m.page(fixed(m, shape.at))
+    foot = m.page(numbers(m.now.state, shape.at))
     reach = ((m.page(m.extent) - foot) @ d).max()
     return np.asarray(foot + (reach + 20.0) * d)
 
@@ -112,8 +113,7 @@ def _mark(m: MachineDrawing, at: Array | None, direction: tuple[Any, Any]) -> No
     angle = angle_with(x, y)
     if angle is None:
         return
-    numbers = [float(m.now.state(component)) for component in (x, y)]
-    value = math.atan2(numbers[1], numbers[0])
+    value = math.atan2(float(m.now.state(y)), float(m.now.state(x)))
     # the acute angle, at the end of the line from which it rises
     along = np.array([math.cos(value), math.sin(value)])
     middle = m.page(m.extent).mean(axis=0)

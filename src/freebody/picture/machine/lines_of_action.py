@@ -20,7 +20,8 @@ from ...scalar.algebra import Vector
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
 from ..paper.sheet import Arrow, Line, Style
-from .machine_drawing import MachineDrawing, fixed
+from .machine_drawing import MachineDrawing
+from .shapes import numbers
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,7 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
         circle, plane = contact.feature, contact.surface
         if circle.look != "disk" or plane.look != "plane" or not plane.body.is_ground:
             continue
-        normal = fixed(m, plane.normal)
+        normal = numbers(m.now.state, plane.normal)
         if circle.body is point.body and tuple(circle.at) == tuple(point.components) and normal[axis] == 1:
             center = m.now.point(point)
             return sympy.expand(distance + circle.radius), m.page(

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from ...describe.joints.pair import Pair
 from ...model.closure import Closure
 from ...model.model import Link
-from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
 from ..paper.placing import Placer, inside
 from ..paper.sheet import Arrow, Circle, Group, arc
 from ..paper.view import View
 from .configuration import Configuration
 from .outlines import axis_in_space, axis_on_paper, guide_of, outlines, polygon
-from .shapes import attachments, fill_of, hidden
+from .shapes import attachments, fill_of, hidden, numbers
 from .solid_pieces import pieces_of
 from .supports import idle_supports
 
@@ -213,14 +212,9 @@ class MachineDrawing:
 def round_walls(m: MachineDrawing) -> list[Array]:
     """Four points of each round wall of the ground, in ground axes [m]."""
     return [
-        fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
+        numbers(m.now.state, shape.at) + sign * float(m.now.state(shape.radius)) * across
         for shape in m.model.touching
         if m.view.planar and shape.body.is_ground and shape.look in ROUND
         for across in m.view.matrix
         for sign in (-1.0, 1.0)
     ]
-
-
-def fixed(m: MachineDrawing, components: Vector) -> Array:
-    """Values of three expressions of parameters."""
-    return np.array([float(m.now.state(x)) for x in components])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import sympy
@@ -23,7 +23,7 @@ from ..paper.placing import Placer, inside
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive, attachments, holds
+from .shapes import Primitive, attachments, holds, numbers
 from .solid_pieces import pieces_of
 
 Array = NDArray[np.float64]
@@ -45,21 +45,27 @@ Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
 
 
+class OnPaper(Protocol):
+    """Bodies on paper: the model, its configuration, the view, and the points per unit of length."""
+
+    e: Equations
+    now: Configuration
+    view: View
+    scale: float
+
+    def page(self, point: Any) -> Array:
+        """Map a point in ground axes to paper [pt]."""
+
+
 def angle_of(
-    e: Equations,
-    now: Configuration,
-    view: View,
-    scale: float,
-    body: str,
-    relative: bool = False,
-    pieces: Sequence[Primitive] = (),
+    m: OnPaper, body: str, relative: bool = False, pieces: Sequence[Primitive] = ()
 ) -> list[Measured]:
     """Angle of a body in a planar machine, from its direction at zero coordinates; empty if there is none to show.
 
     With ``relative``, the angle is that of the body's own joint, from the direction at zero of that coordinate alone.
     If no piece in ``pieces`` contains the joint, the angle is drawn at the mass centre.
     """
-    model, state = e.model, e.state
+    e, now, view, model, state = m.e, m.now, m.view, m.e.model, m.e.state
     if view.normal is None:
         return []
     total: Scalar = 0
@@ -84,19 +90,19 @@ def angle_of(
         shown = latex(-total, e.ring)
     joint = next(joint for joint in model.joints.values() if joint.child == body)
     base = now.place(body, joint.to)
-    start = scale * view(base)
-    ends = [scale * view(now.place(body, model.bodies[body].center))]
+    start = m.page(base)
+    ends = [m.page(now.place(body, model.bodies[body].center))]
     R, p = now.posture(body)
-    ends += [scale * view(p + R @ q) for q in attachments(model, now.state, body).values()]
+    ends += [m.page(p + R @ q) for q in attachments(model, now.state, body).values()]
     ends += [  # what slides along the body shows its direction, too
-        scale * view(now.place(other.child, other.to))
+        m.page(now.place(other.child, other.to))
         for other in model.joints.values()
         if other.parent == body and other.pair.guided
     ]
-    local = np.array([float(now.state(x)) for x in joint.to])
-    if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
-        start = scale * view(now.place(body, model.bodies[body].center))
-        ends = [q for piece in pieces for q in scale * view(p + piece.points() @ R.T)]
+    local = numbers(now.state, joint.to)
+    if pieces and not any(holds(piece, local, 3.0 / m.scale) for piece in pieces):
+        start = m.page(now.place(body, model.bodies[body].center))
+        ends = [q for piece in pieces for q in m.page(p + piece.points() @ R.T)]
     reach = [float(np.linalg.norm(q - start)) for q in ends]
     far = int(np.argmax(reach))
     if reach[far] < 14.0:
@@ -114,7 +120,7 @@ def angle_of(
     reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
     swept = arc(start, radius, zero, now_at)
     barred = any(
-        piece.kind in ("slender_bar", "rod") and holds(piece, local, 3.0 / scale)
+        piece.kind in ("slender_bar", "rod") and holds(piece, local, 3.0 / m.scale)
         for piece in pieces_of(now, planar=True)[body]
     )
     axis = [] if barred or pieces else [Line(np.array([start, ends[far]]), CENTRE_LINE)]
@@ -128,58 +134,50 @@ def angle_of(
     return [(group, f"${shown}$", (middle, out))]
 
 
-def dimensions_of(
-    e: Equations,
-    now: Configuration,
-    view: View,
-    scale: float,
-    body: str,
-    placer: Placer,
-    center: bool = True,
-) -> list[Measured]:
+def dimensions_of(m: OnPaper, body: str, placer: Placer, center: bool = True) -> list[Measured]:
     """Distances between points of a body along its axes, and the radius of a round body.
 
     With ``center``, the chain along the length has the mass centre as a point; otherwise in both chains, except on
     a bar, and where it lies midway.
     """
-    result = _radius(e, now, view, scale, body, placer)
+    e, now = m.e, m.now
+    result = _radius(m, body, placer)
     points = named_points(e, body)
     touched = _touched(e, body)
     if center:
-        return result + _lengths(e, now, view, scale, body, placer, points, (_longest(e, now, points),))
-    if _shape(e, body) is not None and _shape(e, body).kind == "slender_bar":
+        return result + chain(m, body, placer, points, _longest(now, points))
+    shape = e.model.bodies[body].shape
+    if shape is not None and shape.kind == "slender_bar":
         del points["C"]
     shown = {tex for _, tex, _ in result}
     for k in range(3):
-        if k != view.normal:
+        if k != m.view.normal:
             along = _without_midway(e, now, points | touched | _faces(e, body, k), k)
-            chain = _lengths(e, now, view, scale, body, placer, along, (k,))
             # the distance of a rim from its centre is the radius
-            for measured in (measured for measured in chain if measured[1] not in shown):
-                for item in measured[0].items:
-                    placer.line(item.points)
-                result.append(measured)
+            for measured in chain(m, body, placer, along, k):
+                if measured[1] not in shown:
+                    for item in measured[0].items:
+                        placer.line(item.points)
+                    result.append(measured)
     return result
 
 
-def ground_dimensions(
-    e: Equations, now: Configuration, view: View, scale: float, placer: Placer
-) -> list[Measured]:
+def ground_dimensions(m: OnPaper, placer: Placer) -> list[Measured]:
     """Distances between the hinges and pivots that are fixed in the ground, along ground axes."""
     fixed: dict[str, Vector] = {
         name: joint.at
-        for name, joint in e.model.joints.items()
+        for name, joint in m.e.model.joints.items()
         if joint.parent == "ground" and (joint.pair.revolute or joint.pair.spherical)
     }
-    for name, closure in e.model.constraints.items():
+    for name, closure in m.e.model.constraints.items():
         held = isinstance(closure, Closure) and (closure.pair.revolute or closure.pair.spherical)
         if held and closure.parent.is_ground:
             fixed[name] = closure.at
-    axes = tuple(k for k in range(3) if k != view.normal)
-    return _lengths(e, now, view, scale, "ground", placer, fixed, axes) if len(fixed) > 1 else []
+    axes = [k for k in range(3) if k != m.view.normal] if len(fixed) > 1 else []
+    return [measured for k in axes for measured in chain(m, "ground", placer, fixed, k)]
 
 
-def _longest(e: Equations, now: Configuration, points: dict[str, Vector]) -> int:
+def _longest(now: Configuration, points: dict[str, Vector]) -> int:
     """Number of the body axis along which points lie farthest apart."""
     values = np.array([[float(now.state(x)) for x in v] for v in points.values()])
     return int(np.argmax(np.ptp(values, axis=0)))
@@ -218,7 +216,7 @@ def _touched(e: Equations, body: str) -> dict[str, Vector]:
 
 def _faces(e: Equations, body: str, k: int) -> dict[str, Vector]:
     """Middles of the two faces of a box across an axis, if their distance depends on parameters; in body axes."""
-    shape = _shape(e, body)
+    shape = e.model.bodies[body].shape
     if shape is None or shape.kind != "box":
         return {}
     result: dict[str, Vector] = {}
@@ -228,11 +226,6 @@ def _faces(e: Equations, body: str, k: int) -> dict[str, Vector]:
             middle = sympy.Matrix(shape.center) + sympy.Matrix(shape.axes)[:, k] * edge * sign / 2
             result[f"face {sign}"] = tuple(middle)
     return result
-
-
-def _shape(e: Equations, body: str) -> Any:
-    properties = e.model.bodies[body].properties
-    return None if properties is None else properties.shape
 
 
 def named_points(e: Equations, body: str) -> dict[str, Vector]:
@@ -255,7 +248,7 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
                 named[name] = getattr(constraint, point_name)
         if isinstance(constraint, Rolling) and constraint.center.body.name == body:
             named[name] = constraint.center.components
-    shape = _shape(e, body)
+    shape = model.bodies[body].shape
     if shape is not None and shape.kind == "slender_bar" and not shape.parts and not shape.look:
         half = shape["length"] / 2
         unit = sympy.Matrix(shape.axis)
@@ -267,42 +260,26 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
     return named
 
 
-def _radius(
-    e: Equations, now: Configuration, view: View, scale: float, body: str, placer: Placer
-) -> list[Measured]:
+def _radius(m: OnPaper, body: str, placer: Placer) -> list[Measured]:
     """Radius of a round body, along the least crowded direction; empty for other bodies."""
-    shape = _shape(e, body)
+    shape = m.e.model.bodies[body].shape
     if shape is None or shape.kind not in ROUND:
         return []
     radius = shape["outer" if shape.kind == "tube" else "radius"]
-    middle = scale * view(now.place(body, shape.center))
-    r = scale * float(now.state(radius))
+    middle = m.page(m.now.place(body, shape.center))
+    r = m.scale * float(m.now.state(radius))
     choices = []
     for j in range(12):
         t = math.radians(30 * j + 20)
         line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
         choices.append((placer.crowding(line), j, line))
     line = min(choices, key=lambda choice: choice[:2])[2]
-    if e.model.parameters and not isinstance(e.state(radius), Polynomial):
+    if m.e.model.parameters and not isinstance(m.e.state(radius), Polynomial):
         return []
-    tex = latex(e.state(radius), e.ring)
+    tex = latex(m.e.state(radius), m.e.ring)
     group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
     d = (line[1] - line[0]) / max(r, 1e-9)
     return [(group, f"${tex}$", (line.mean(axis=0), np.array([-d[1], d[0]])))]
-
-
-def _lengths(
-    e: Equations,
-    now: Configuration,
-    view: View,
-    scale: float,
-    body: str,
-    placer: Placer,
-    named: dict[str, Vector],
-    axes: Sequence[int],
-) -> list[Measured]:
-    """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
-    return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
 
 
 def _clear(placer: Placer, at: Array, d: Array) -> Array:
@@ -320,37 +297,29 @@ def _has_number(e: Equations, distance: Scalar) -> bool:
     return not isinstance(distance, Polynomial) or bool(e.sympy(distance).expand().as_coeff_Add()[0] != 0)
 
 
-def chain(
-    e: Equations,
-    now: Configuration,
-    view: View,
-    scale: float,
-    body: str,
-    placer: Placer,
-    named: dict[str, Vector],
-    k: int,
-) -> list[Measured]:
+def chain(m: OnPaper, body: str, placer: Placer, named: dict[str, Vector], k: int) -> list[Measured]:
     """One chain of dimensions, along axis ``k`` of the body."""
+    e, now, view = m.e, m.now, m.view
     exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
-    points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
+    points = {name: numbers(now.state, v) for name, v in named.items()}
     if not points:
         return []
     span = np.ptp(np.array(list(points.values())), axis=0)
     stops: list[str] = []
     for name in sorted(points, key=lambda name: float(points[name][k])):
-        if not stops or (points[name][k] - points[stops[-1]][k]) * scale > 6.0:
+        if not stops or (points[name][k] - points[stops[-1]][k]) * m.scale > 6.0:
             stops.append(name)
     R, p = now.posture(body)
     along = view(R[:, k])
     length = float(np.linalg.norm(along))
-    if span[k] * scale < 12.0 or length < FORESHORTENED or len(stops) < 2:
+    if span[k] * m.scale < 12.0 or length < FORESHORTENED or len(stops) < 2:
         return []
     across = np.array([-along[1], along[0]]) / length
     # in space, where axes are not at right angles on paper: on the line along the axis through the first point
     unit, first = np.eye(3)[k], points[stops[0]]
     on_line = [points[name] if view.planar else first + (points[name][k] - first[k]) * unit for name in stops]
-    pages = [scale * view(p + R @ point) for point in on_line]
-    places = [scale * view(p + R @ points[name]) for name in stops]
+    pages = [m.page(p + R @ point) for point in on_line]
+    places = [m.page(p + R @ points[name]) for name in stops]
     choices: list[tuple[float, int, Array, float]] = []
     for rank, normal in enumerate((across, -across)):
         edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)

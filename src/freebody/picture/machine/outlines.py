@@ -13,7 +13,7 @@ from ..paper.palette import INK
 from ..paper.sheet import Circle, Line, Style
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive
+from .shapes import Primitive, numbers
 
 Array = NDArray[np.float64]
 
@@ -238,7 +238,7 @@ def _torus(page: Any, d: Any, style: Style) -> list[Any]:
 def axis_in_space(now: Configuration, number: int) -> Array:
     """Axis of a link, by its number, in ground axes."""
     R = np.array(link_postures(now.model, now.state)[number].rotation, dtype=float)
-    return R @ np.array([float(now.state(x)) for x in now.model.links[number].axis])
+    return R @ numbers(now.state, now.model.links[number].axis)
 
 
 def axis_on_paper(now: Configuration, view: View, number: int) -> Array | None:

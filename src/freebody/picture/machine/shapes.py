@@ -10,7 +10,7 @@ This file is longer than others because the shape of a body depends on the place
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -133,6 +133,11 @@ class Primitive:
         return (radius, radius, d.get("length", d.get("height", 0.0)) / 2)
 
 
+def numbers(state: State, components: Iterable[Any]) -> Array:
+    """Return components, such as those of a vector, at a state."""
+    return np.array([float(state(x)) for x in components])
+
+
 def shapes(
     model: Model, values: Mapping[Any, Any] | None = None, size: float | None = None
 ) -> dict[str, tuple[Primitive, ...]]:
@@ -166,21 +171,15 @@ def colors(model: Model) -> dict[str, str]:
     """Colours that the user chose for bodies, by name of the body."""
     result = {}
     for name, place in model.bodies.items():
-        shape = place.properties.shape if place.properties is not None else None
-        if shape is not None and shape.color:
-            result[name] = shape.color
+        if place.shape is not None and place.shape.color:
+            result[name] = place.shape.color
     return result
 
 
 def hidden(model: Model) -> set[str]:
     """Names of the bodies that their descriptions do not want drawn."""
-    return {
-        name
-        for name, place in model.bodies.items()
-        if place.properties is not None
-        and place.properties.shape is not None
-        and place.properties.shape.kind == NOTHING
-    }
+    shapes = {name: place.shape for name, place in model.bodies.items()}
+    return {name for name, shape in shapes.items() if shape is not None and shape.kind == NOTHING}
 
 
 def scenery_of(model: Model, state: State, size: float) -> list[Primitive]:
@@ -217,7 +216,7 @@ def _longest(model: Model, state: State, names: list[str]) -> float:
     for name in names:
         place = model.bodies[name]
         points = list(attachments(model, state, name).values())
-        shape = place.properties.shape if place.properties is not None else None
+        shape = place.shape
         if shape is not None and shape.kind != "particle":
             for piece in _pieces(state, shape, 0.0):
                 points += list(piece.points())
@@ -250,7 +249,7 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
         for point in load.points.values():
             if point.body.name == body:
                 components[name] = point.components
-    return {name: np.array([float(x) for x in state.vector(point)]) for name, point in components.items()}
+    return {name: numbers(state, point) for name, point in components.items()}
 
 
 def ends_of(model: Model, load: Load) -> tuple[Point, ...]:
@@ -273,9 +272,9 @@ def ropes_of(model: Model) -> dict[str, tuple[Point, ...]]:
 
 def _body(model: Model, state: State, name: str, place: Place, size: float) -> list[Primitive]:
     """Pieces of one body."""
-    shape = place.properties.shape if place.properties is not None else None
+    shape = place.shape
     points = list(attachments(model, state, name).values())
-    center = np.array([float(x) for x in state.vector(place.center)])
+    center = numbers(state, place.center)
     pieces = [] if shape is None else _pieces(state, shape, size)
     if not pieces:
         pieces = _wheels(model, state, name) or _skins(model, state, name)
@@ -317,7 +316,7 @@ def _nearest(piece: Primitive, point: Array, size: float) -> Array:
 def _feet(model: Model, state: State, body: str) -> list[Array]:
     """Points of a body that touch other bodies: feet, axles, hangers."""
     return [
-        np.array([float(x) for x in state.vector(shape.components)])
+        numbers(state, shape.components)
         for shape in model.touching
         if shape.look == "spot" and shape.body.name == body
     ]
@@ -359,8 +358,8 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
         k = int(np.argmax(np.abs([float(state(x)) for x in shape.axis])))
         axes = np.eye(3)[:, [(k + 1) % 3, (k + 2) % 3, k]]
     elif shape.kind in AXIAL:
-        axes = axes_along(np.array([float(x) for x in state.vector(shape.axis)]))
-    center = np.array([float(x) for x in state.vector(shape.center)])
+        axes = axes_along(numbers(state, shape.axis))
+    center = numbers(state, shape.center)
     return [Primitive(shape.kind, dimensions, center, R @ axes, shape.hole)]
 
 
@@ -390,12 +389,12 @@ def _wheels(model: Model, state: State, body: str) -> list[Primitive]:
     wheels = []
     for rolling in model.constraints.values():
         if isinstance(rolling, Rolling) and rolling.center.body.name == body:
-            at = np.array([float(x) for x in state.vector(rolling.center.components)])
+            at = numbers(state, rolling.center.components)
             radius = {"radius": float(state(rolling.radius))}
             if rolling.axis is None:
                 wheels.append(Primitive("sphere", radius, at))
             else:
-                axes = axes_along(np.array([float(x) for x in state.vector(rolling.axis)]))
+                axes = axes_along(numbers(state, rolling.axis))
                 wheels.append(Primitive("disk", radius, at, axes))
     return wheels
 
@@ -407,7 +406,7 @@ def _skins(model: Model, state: State, body: str) -> list[Primitive]:
         look = shape.look
         if shape.body.name != body or look not in ("ball", "oval", "disk") or shape in skins:
             continue
-        at = np.array([float(x) for x in state.vector(shape.at)])
+        at = numbers(state, shape.at)
         if look == "oval":
             a, b, c = (float(state(x)) for x in shape.half_axes)
             skins[shape] = Primitive("ellipsoid", {"a": a, "b": b, "c": c}, at)

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dynamics.conditions.contact import definite_touches
-from ...scalar.algebra import Vector
 from .configuration import Configuration
-from .shapes import ROD, Primitive, holds, machine_size, rod, shapes
+from .shapes import ROD, Primitive, holds, machine_size, numbers, rod, shapes
 
 Array = NDArray[np.float64]
 
@@ -42,12 +41,12 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
         if not joint.pair.prismatic or joint.parent == "ground":
             continue
         R, p = now.posture(joint.parent)
-        start, end = _numbers(now, joint.at), R.T @ (now.place(joint.child, joint.to) - p)
+        start, end = numbers(now.state, joint.at), R.T @ (now.place(joint.child, joint.to) - p)
         far = float(np.linalg.norm(end - start)) > 0.02 * size
         if far and not any(holds(piece, end, 0.02 * size) for piece in pieces[joint.parent]):
             pieces[joint.parent] += (rod(start, end, ROD * size),)
     for name, touched in sides.items():
-        starts = [_numbers(now, shape.at) for shape, _ in touched if shape.look == "plane"]
+        starts = [numbers(now.state, shape.at) for shape, _ in touched if shape.look == "plane"]
         pieces[name] += tuple(_side(now, shape, foot, starts, size, planar) for shape, foot in touched)
     return pieces
 
@@ -56,9 +55,9 @@ def _side(
     now: Configuration, shape: Any, foot: Array, starts: list[Array], size: float, planar: bool
 ) -> Primitive:
     if shape.look == "side":
-        return rod(_numbers(now, shape.start), _numbers(now, shape.end), ROD * size)
-    at, normal = _numbers(now, shape.at), _numbers(now, shape.normal)
-    first, second = _numbers(now, shape.first), _numbers(now, shape.second)
+        return rod(numbers(now.state, shape.start), numbers(now.state, shape.end), ROD * size)
+    at, normal = numbers(now.state, shape.at), numbers(now.state, shape.normal)
+    first, second = numbers(now.state, shape.first), numbers(now.state, shape.second)
     if not planar:
         edge = 2 * (float(np.abs([(foot - at) @ first, (foot - at) @ second]).max()) + BEYOND * size)
         axes = np.column_stack([first, second, normal])
@@ -72,7 +71,3 @@ def _side(
     low = reach - BEYOND * size if reach <= min(ends) else min(ends)
     high = reach + BEYOND * size if reach >= max(ends) else max(ends)
     return rod(at + low * along, at + high * along, ROD * size)
-
-
-def _numbers(now: Configuration, components: Vector) -> Array:
-    return np.array([float(now.state(x)) for x in components])

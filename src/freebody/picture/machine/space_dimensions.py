@@ -22,7 +22,7 @@ from ..paper.sheet import Arrow, Group, Line, Style
 from .inclinations import angle_with
 from .machine_drawing import MachineDrawing
 from .measures import ROUND, Measured, chain, named_points
-from .shapes import axes_along
+from .shapes import axes_along, numbers
 
 Array = NDArray[np.float64]
 
@@ -32,8 +32,7 @@ REACH = 62.0
 
 def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
     """Return the dimensions of a body: chains along its axes, and its radius, which avoids their lines."""
-    shape = m.model.bodies[name].properties
-    solid = None if shape is None else shape.shape
+    solid = m.model.bodies[name].shape
     points = {key: p for key, p in named_points(m.e, name).items() if not key.startswith("end ")}
     result = _dumbbell(m, name, solid)
     for k in range(3):
@@ -42,7 +41,7 @@ def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
         }
         if len(along) > 1:
             placer = m.placer.about(m.areas_of(name))
-            result += chain(m.e, m.now, m.view, m.scale, name, placer, along, k)
+            result += chain(m, name, placer, along, k)
     for group, _, _ in result:
         for item in group.items:
             m.placer.line(item.points)
@@ -149,7 +148,7 @@ def _radius(m: MachineDrawing, name: str, shape: Shape | None) -> list[Measured]
     r = float(m.now.state(leaf["radius"]))
     R, p = m.now.posture(name)
     turned = R @ np.array([[float(m.now.state(x)) for x in row] for row in leaf.axes])
-    flat = axes_along(turned @ np.array([float(m.now.state(x)) for x in leaf.axis]))
+    flat = axes_along(turned @ numbers(m.now.state, leaf.axis))
     if leaf.kind in ("sphere", "spherical_shell"):
         flat = np.vstack([m.view.matrix, m.view.toward]).T
     middle = m.now.place(name, leaf.center)
@@ -182,11 +181,10 @@ def mark_tilts(m: MachineDrawing) -> None:
             exact = apply(link.rotation, link.axis)
             vertical = np.eye(3)[up] if float(axis[up]) > 0 else -np.eye(3)[up]
             _tilt(m, exact, tuple(int(k == up) for k in range(3)), at, axis, vertical)
-        properties = m.model.bodies[joint.child].properties
-        own = _axis(None if properties is None else properties.shape)
+        own = _axis(m.model.bodies[joint.child].shape)
         if own is not None:
             R, _ = m.now.posture(joint.child)
-            number = R @ np.array([float(m.now.state(x)) for x in own])
+            number = R @ numbers(m.now.state, own)
             _tilt(m, own, link.axis, at, number / np.linalg.norm(number), axis)
 
 

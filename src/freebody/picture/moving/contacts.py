@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.conditions.contact import contact_layout, touches
+from ...dynamics.conditions.contact import touches
 from ...dynamics.state import State
 from ...model.contact import friction_margin
 from ...motion.contact.course import distances
 from ...motion.ode.dense_output import observe
-from ...motion.phase.candidates.candidates import stretch_numbers
+from ...motion.phase.candidates.candidates import layout_of, stretch_numbers
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -75,17 +75,13 @@ class Touched:
 
 
 class Contacts:
-    """Forces and geometry of the contacts of a trajectory at any time."""
+    """Geometry of the contacts of a trajectory at any time."""
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory = trajectory
         self.kernels = kernels = trajectory.kernels
         self.model = model = kernels.model
-        self.first: list[int] = []
-        layout = contact_layout(model.contacts)
-        for k in range(len(model.contacts)):
-            self.first.append(next(i for i, row in enumerate(layout) if row.contact == k))
-        self.rows = len(layout)
+        self.first, _, self.rows = layout_of(model)
         self.ratios = stretch_numbers(model, trajectory.numbers)
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
@@ -100,18 +96,6 @@ class Contacts:
 
         self.program = kernels.program("contact frames", frames)
         self.constants = self.program.constants(kernels.parameters(trajectory.numbers))
-
-    def forces(self, phase: Any, times: Array, states: Array) -> Array:
-        """Forces of all contacts in the order of :func:`contact_layout`, shape (n, rows)."""
-        stepped: Any = self.trajectory.course
-        if not phase.modes:  # time-stepping, or a motion without phases
-            return np.asarray(stepped.mean_forces(times))
-        if type(phase.path).__name__ == "Leap":  # at its start, slip has no direction yet
-            times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
-        program = phase.kernels.contact()
-        common = self.kernels.parameters(self.trajectory.numbers)
-        constants = program.constants(common if phase.parameters is None else phase.parameters)
-        return observe(program.address("force"), self.rows, times, states, constants) * self.ratios
 
     def geometry(self, times: Array, states: Array) -> Array:
         """Gap, normal, tangents and place of all contacts, shape (n, FRAME contacts)."""

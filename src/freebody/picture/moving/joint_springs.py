@@ -14,7 +14,7 @@ from ...dynamics.state import State
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import matrix_from_quaternion
-from ..machine.shapes import axes_along
+from ..machine.shapes import axes_along, numbers
 from .keyframes import Keyframes
 
 Array = NDArray[np.float64]
@@ -40,16 +40,16 @@ def joint_springs(
             if joint.parent != "ground" or joint.child not in names or not joint.pair.guided:
                 continue
             child = names.index(joint.child)
-            at = np.array([float(state(x)) for x in joint.at])
+            at = numbers(state, joint.at)
             turn = np.array([[float(state(x)) for x in row] for row in link.rotation])
-            axis = turn @ np.array([float(state(x)) for x in link.axis])
+            axis = turn @ numbers(state, link.axis)
             nearest = min(0.0, float(((keys.position[:, child] - at) @ axis).min()))
             wall = at + (nearest - 0.45 * size) * axis
             count = beside.setdefault(action.joint.name, 0)
             beside[action.joint.name] += 1
             aside = 0.08 * size * count * axes_along(axis)[:, 0]
             R = np.array(matrix_from_quaternion(tuple(keys.quaternion[0, child])), dtype=float)
-            to = np.array([float(state(x)) for x in joint.to]) + R.T @ aside
+            to = numbers(state, joint.to) + R.T @ aside
             kind = "spring" if load.look.symbol == "zigzag" else "damper"
             ends = [[-1, (wall + aside).tolist()], [child, to.tolist()]]
             lines.append({"name": name, "kind": kind, "ends": ends})

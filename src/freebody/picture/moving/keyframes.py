@@ -10,7 +10,7 @@ at one time, before and after, and nothing is interpolated between them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,9 @@ from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
 from ...dynamics.loads.actions import accelerating
 from ...dynamics.motion import motion, transmitting
+from ...motion.contact.course import forces_of
 from ...motion.kernels.program import at_states
+from ...motion.trajectory.phases import Segment, segments_of
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
 from .contacts import Contacts, Touched
@@ -302,9 +304,9 @@ class _Source:
             ledger[:, 0] += phase.impulses
             if states.shape[1] > n + 1:
                 ledger[:, 1] = states[:, n + 1]
-        forces = (
-            np.zeros((len(times), 0)) if self.contacts is None else self.contacts.forces(phase, times, states)
-        )
+        forces = np.zeros((len(times), 0))
+        if self.contacts is not None:
+            forces = forces_of(trajectory, phase, times, states, self.contacts.ratios)
         return chosen, states, reactions[:, : 6 * len(self.joints)], ledger, forces
 
     def _observed(self, program: Any, function: str, t: Array, states: Array) -> Array:
@@ -383,29 +385,12 @@ class _Source:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Phase:
-    """Part of a motion in which nothing jumps; ``impulses`` is the work of all jumps before it [J].
-
-    ``parameters`` are the values of the parameters, if they are not those of the whole run.
-    """
-
-    path: Any
-    kernels: Any
-    impulses: float = 0.0
-    modes: tuple[str, ...] = ()
-    parameters: Any = None
-
-
-def phases_of(trajectory: Trajectory) -> list[Phase]:
+def phases_of(trajectory: Trajectory) -> Sequence[Segment]:
     """Phases of a motion, without the ones too short to see."""
     path: Any = trajectory.path
-    segments = getattr(path, "segments", None)
-    if segments is None:
-        return [Phase(path, trajectory.kernels)]
+    segments = segments_of(path, trajectory.kernels)
     least = 1e-9 * abs(path.end - path.start)
-    long = [s for s in segments if abs(s.path.end - s.path.start) > least] or segments[-1:]
-    return [Phase(s.path, s.kernels, s.impulses, tuple(s.modes), s.parameters) for s in long]
+    return [s for s in segments if abs(s.path.end - s.path.start) > least] or segments[-1:]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from ...dynamics.kinematics import angular_velocity
 from ...dynamics.motion import Motion, all_reactions, transmitting
 from ...model.contact import Contact, friction_margin
 from ...motion.kernels.kernels import Kernels
-from ...motion.phase.scene import KINDS
+from ...motion.phase.phase import KINDS
 from ...scalar.algebra import ZERO, Scalar, add, scale
 from .forces import applied, arrows, moving_points
 from .keyframes import Named

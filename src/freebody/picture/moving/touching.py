@@ -9,7 +9,7 @@ import numpy as np
 from ...dynamics.state import State
 from ...motion.trajectory.quantities import quaternions
 from ..machine.draw_ground import heights
-from ..machine.shapes import ROD, Primitive, axes_along, rod
+from ..machine.shapes import ROD, Primitive, axes_along, numbers, rod
 from .keyframes import Keyframes
 
 if TYPE_CHECKING:
@@ -28,18 +28,18 @@ def surface_parts(
     """
     look, thin = shape.look, 0.6 * ROD * size
     if look == "side":
-        start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
+        start, end = (numbers(state, p) for p in (shape.start, shape.end))
         return [rod(start, end, thin)]
     if look not in ("disk", "wall", "ball", "profile"):
         return []
-    at = np.array([float(state(x)) for x in shape.at])
+    at = numbers(state, shape.at)
     if look == "profile":
         points = heights(state, shape, at, reach)
         return [rod(a, b, thin) for a, b in zip(points, points[1:], strict=False)]
     r = float(state(shape.radius))
     if look == "ball":
         return [] if shape.inside else [{"kind": "ellipsoid", "radii": [r] * 3, "at": at.tolist()}]
-    axis = np.array([float(state(x)) for x in shape.axis])
+    axis = numbers(state, shape.axis)
     turn = quaternions(axes_along(axis)[None])[0].tolist()
     half = float(state(getattr(shape, "length", 0))) / 2
     h = 2 * thin if look == "disk" or half else 0.3 * size

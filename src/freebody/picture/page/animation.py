@@ -211,18 +211,10 @@ def _bodies(model: Model, state: State, values: Mapping[str, float], size: float
     pins, unseen = _pins(model, state, size), hidden(model)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
-        shape = place.properties.shape if place.properties is not None else None
-        color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
+        color = _rgb((place.shape.color if place.shape is not None else None) or SOLIDS[i % len(SOLIDS)])
         pieces = [piece for piece in pieces_of[name] if not piece.hole]
         parts = [] if name in unseen else [part(piece, size) for piece in pieces] + pins.get(name, [])
-        result.append(
-            {
-                "name": name,
-                "color": color,
-                "center": _numbers(state, place.center),
-                "parts": parts,
-            }
-        )
+        result.append({"name": name, "color": color, "center": _numbers(state, place.center), "parts": parts})
     return result
 
 
@@ -309,27 +301,19 @@ def _ball(at: list[float], radius: float, color: list[float]) -> dict[str, Any]:
 
 def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
     r, h = 0.018 * size, 0.035 * size
-    turn = quaternions(axes_along(axis)[None])[0].tolist()
-    return {
-        "kind": "lathe",
-        "profile": [[0, -h], [r, -h], [r, h], [0, h]],
-        "at": at,
-        "turn": turn,
-        "color": INK,
-    }
+    return _turned([[0, -h], [r, -h], [r, h], [0, h]], at, axis, INK)
 
 
 def _foot(at: Array, toward: Array, size: float) -> dict[str, Any]:
     """A bracket with its base, on the side of a joint where the machine is not."""
-    turn = quaternions(axes_along(toward)[None])[0].tolist()
     profile = [[0.0, 0.0], [0.035, 0.085], [0.07, 0.085], [0.07, 0.1], [0.0, 0.1]]
-    return {
-        "kind": "lathe",
-        "profile": [[r * size, z * size] for r, z in profile],
-        "at": at.tolist(),
-        "turn": turn,
-        "color": STEEL,
-    }
+    return _turned([[r * size, z * size] for r, z in profile], at.tolist(), toward, STEEL)
+
+
+def _turned(profile: list[list[float]], at: list[float], axis: Array, color: list[float]) -> dict[str, Any]:
+    """Return a solid of revolution about an axis."""
+    turn = quaternions(axes_along(axis)[None])[0].tolist()
+    return {"kind": "lathe", "profile": profile, "at": at, "turn": turn, "color": color}
 
 
 def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> list[dict[str, Any]]:

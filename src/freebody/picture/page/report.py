@@ -127,51 +127,6 @@ def report(
         raise FormatError(
             f"Expected an .html file for a live page, got '{target.name}': paper does not compute."
         )
-    text = document(
-        s,
-        trajectory,
-        title=title,
-        about=about,
-        answers=answers,
-        figures=figures,
-        equations=equations,
-        tolerance=tolerance,
-        live=live,
-        drawn=drawn,
-        names=names,
-    )
-    with replacing(target) as new:
-        if kind == ".pdf":
-            new.write_bytes(_printed(text))
-        else:
-            new.write_text(text, encoding="utf-8")
-    return target
-
-
-def _printed(text: str) -> bytes:
-    """A page as PDF."""
-    with tempfile.TemporaryDirectory() as folder, Browser() as browser:
-        file = Path(folder, "report.html")
-        file.write_text(text, encoding="utf-8")
-        browser.open(file)
-        return browser.pdf()
-
-
-def document(
-    s: System,
-    trajectory: Trajectory,
-    *,
-    title: str | None = None,
-    about: str = "",
-    answers: Mapping[str, Any] | None = None,
-    figures: Mapping[str, Any] | None = None,
-    equations: bool | None = None,
-    tolerance: float = TOLERANCE,
-    live: bool = False,
-    drawn: Mapping[str, Any] | None = None,
-    names: Mapping[str, Any] | None = None,
-) -> str:
-    """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
         raise ModelError(f"Expected a System to report on, got {s!r}.")
     if not hasattr(trajectory, "kernels"):
@@ -205,7 +160,22 @@ def document(
         _figures(figures or {}),
         _footer(trajectory, scene),
     ]
-    return page(title or s.name, scene, "\n".join(part for part in parts if part), symbols=symbols)
+    text = page(title or s.name, scene, "\n".join(part for part in parts if part), symbols=symbols)
+    with replacing(target) as new:
+        if kind == ".pdf":
+            new.write_bytes(_printed(text))
+        else:
+            new.write_text(text, encoding="utf-8")
+    return target
+
+
+def _printed(text: str) -> bytes:
+    """A page as PDF."""
+    with tempfile.TemporaryDirectory() as folder, Browser() as browser:
+        file = Path(folder, "report.html")
+        file.write_text(text, encoding="utf-8")
+        browser.open(file)
+        return browser.pdf()
 
 
 # -- sections ----------------------------------------------------------------------------------------------
@@ -279,9 +249,12 @@ def _friction(model: Model, state: State, contact: Any) -> str:
     return f"{first} along, {_coefficient(model, state, contact.friction_across)} across"
 
 
-def _adhesion(state: State, contact: Any) -> str:
-    """The adhesion of a contact, empty without one."""
-    return f", adhesion {float(state(contact.adhesion)):.6g} N" if contact.adhesion != 0 else ""
+def _restitution(model: Model, state: State, contact: Any) -> str:
+    """The coefficient of restitution of a contact, and its adhesion, if any; or its law of the normal force."""
+    if contact.compliant:
+        return f"N = {_law(model, contact.normal_force)}"
+    adhesion = f", adhesion {float(state(contact.adhesion)):.6g} N" if contact.adhesion != 0 else ""
+    return _coefficient(model, state, contact.restitution) + adhesion
 
 
 def _law(model: Model, law: Any) -> str:
@@ -324,9 +297,7 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
                 contact.name,
                 f"{contact.feature.body.name} – {contact.surface.body.name}",
                 _friction(model, state, contact),
-                f"N = {_law(model, contact.normal_force)}"
-                if contact.compliant
-                else _coefficient(model, state, contact.restitution) + _adhesion(state, contact),
+                _restitution(model, state, contact),
             )
             for contact in model.contacts
         ]
@@ -337,11 +308,7 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
                 family.name,
                 text_of_members(family),
                 _friction(model, state, one),
-                (
-                    f"N = {_law(model, one.normal_force)}"
-                    if one.compliant
-                    else _coefficient(model, state, one.restitution) + _adhesion(state, one)
-                )
+                _restitution(model, state, one)
                 + "".join(f", {x.law.about} {float(state(x.friction)):.6g} m" for x in resisting),
             )
             for family in model.families

@@ -89,7 +89,7 @@ def sections(trajectory: Trajectory, body: str, at: float | None = None) -> Sect
     now = configuration(e.model, at, trajectory=trajectory)
     view = view_of(e.model, e, now.values)
     place = e.model.bodies[body]
-    shape = place.properties.shape if place.properties is not None else None
+    shape = place.shape
     if shape is None or shape.kind != "slender_bar" or shape.look or shape.parts:
         raise SimulationError(
             f"Expected a uniform bar, made by fb.slender_bar, for section forces, got '{body}'."

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 from ...describe.body import Body
@@ -54,6 +54,11 @@ from .action import Action
 from .contact_forces import contact_actions
 from .gears import radial_forces, radial_laws, radial_symbols, undetermined_by_couplings
 from .reaction import unknowns
+
+
+def total_of(vectors: Iterable[Vector]) -> Vector:
+    """Return the sum of vectors."""
+    return reduce(add, vectors, ZERO)
 
 
 @named("the free body")
@@ -189,8 +194,7 @@ class BodyBalance:
             # one unknown makes one action: its forces and couples on this body are added
             force, moment = ZERO, ZERO
             for part in result:
-                arm = subtract(part.at, result[0].at)
-                force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
+                force, moment = add(force, part.force), add(moment, part.about(result[0].at))
             result = [replace(result[0], force=force, moment=moment)]
         return result
 
@@ -263,9 +267,7 @@ class BodyBalance:
             return parts
         if any(part.force != ZERO for part in parts):
             return [replace(part, name=f"{load}_{i}") for i, part in enumerate(parts, start=1)]
-        total: Vector = ZERO
-        for part in parts:
-            total = add(total, part.moment)
+        total = total_of(part.moment for part in parts)
         return [replace(parts[0], moment=total, by="")] if total != ZERO else []
 
     def _along_joint(self, load: str, name: str, link: int, value: Scalar, kind: str) -> list[Action]:
@@ -314,11 +316,9 @@ class BodyBalance:
     @cached_property
     def spin_rate(self) -> Vector:
         """Rate of change of the spin of the rotors in the body, in its axes [N m], canonical."""
-        e, model, total = self._e, self._e.model, ZERO
-        for i, link in enumerate(model.links):
-            if link.parent == self._place.link:
-                total = add(total, spin_rate(e.state, i, e.udot, velocities(model, e.state)))
-        return total
+        e, links = self._e, self._e.model.links
+        inner = (i for i, link in enumerate(links) if link.parent == self._place.link)
+        return total_of(spin_rate(e.state, i, e.udot, velocities(e.model, e.state)) for i in inner)
 
     def _in_axes(self, v_N: Vector) -> Vector:
         """Return the components of a vector in the axes of the equations, from those in ground axes."""
@@ -328,20 +328,17 @@ class BodyBalance:
     @named("the free body")
     def force_sum(self) -> Vector:
         """Σ F in the axes of the components [N], canonical."""
-        total: Vector = ZERO
-        for action in self.actions:
-            total = add(total, action.force)
-        return self._in_axes(total)
+        return self._in_axes(total_of(action.force for action in self.actions))
 
     @cached_property
     @named("the free body")
     def moment_sum(self) -> Vector:
         """Σ M about the point P of the moments [N m], canonical."""
-        total: Vector = ZERO
-        for action in self.actions:
-            arm = subtract(action.at, self._about)
-            total = add(total, add(action.moment, cross(arm, action.force)))
-        return self._in_axes(total)
+        return self._moments_about(self._about)
+
+    def _moments_about(self, point: Vector) -> Vector:
+        """Return the sum of the moments about a point, in the body's axes of reference."""
+        return self._in_axes(total_of(action.about(point) for action in self.actions))
 
     @cached_property
     @named("the free body")

@@ -35,16 +35,8 @@ def contact_actions(e: Derivation, body: str, touching: Touching, row: Row, valu
     if touching.slips and not contact.frictionless:
         force = scale(value + state(contact.adhesion), slip_friction(model, state, touching))
         # in 3-D one action has both tangential components
-        result.append(
-            Action(
-                contact.friction_name,
-                "friction",
-                force if sign > 0 else negate(force),
-                ZERO,
-                spot.position,
-                by,
-            )
-        )
+        force = force if sign > 0 else negate(force)
+        result.append(Action(contact.friction_name, "friction", force, ZERO, spot.position, by))
     return result
 
 
@@ -88,12 +80,5 @@ def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
             force = add(force, scale(state(contact.adhesion), slip_friction(model, state, touching)))
         f, n = wrench_on_feature(model, state, contact, acting)
         force, moment = add(force, scale(value, f)), add(moment, scale(value, n))
-    return Reaction(
-        joint=contact.name,
-        force=e.column(force),
-        moment=e.column(moment),
-        on=contact.feature.body.name,
-        about="the point of contact",
-        frame="ground",
-        components=parts,
-    )
+    on = contact.feature.body.name
+    return Reaction.of(e, contact.name, (force, moment), on, "the point of contact", parts)

@@ -17,7 +17,7 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError, TooManyTermsError, nearest
-from ...scalar.algebra import ZERO, Expression, Vector, add, cross, subtract
+from ...scalar.algebra import ZERO, Expression, Vector
 from ...scalar.budget import WORK
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution
@@ -27,10 +27,10 @@ from ..derivation.questions import named
 from ..printing.display import equation_latex, equation_text, text
 from ..printing.latex import Latex
 from ..printing.printer import Printer
-from ..printing.show import latex_words
+from ..printing.show import aligned, latex_words
 from ..printing.text import Text
 from ..printing.typeset import Typeset
-from .action import TITLES, Action
+from .action import TITLES, Action, action_lines
 from .balance import BodyBalance
 from .moment_form import MomentForm
 from .named_quantities import NamedDerivation
@@ -113,7 +113,7 @@ class FreeBody(BodyBalance, Typeset):
         """Moment of each action about the point of the moments, by name, as a SymPy column [N m]."""
         result = {}
         for a in self.actions:
-            moment = self._in_axes(add(a.moment, cross(subtract(a.at, self._about), a.force)))
+            moment = self._in_axes(a.about(self._about))
             if any(c != 0 for c in moment):
                 result[a.name] = self._e.column(moment)
         return result
@@ -148,6 +148,10 @@ class FreeBody(BodyBalance, Typeset):
         loads = [x for a in self.actions for x in (*self._in_axes(a.force), *self._in_axes(a.moment))]
         return self._e.meanings([*loads, *(x for pair in self.balances for x in pair)], kind, sign)
 
+    def _written(self, v: Vector) -> str:
+        """Components of a vector as text."""
+        return f"({', '.join(text(c, self._e.ring) for c in self._in_axes(v))})"
+
     @named("the free body")
     def text(self) -> str:
         """The forces by name and the equations as plain text; for a planar model, the equations in the plane.
@@ -164,15 +168,7 @@ class FreeBody(BodyBalance, Typeset):
             *self._e.heading,
             f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}",
         ]
-        width = max([len(a.name) for a in self.actions], default=0)
-        for a in self.actions:
-            parts = []
-            if a.force != ZERO:
-                parts.append("force (" + ", ".join(text(c, ring) for c in self._in_axes(a.force)) + ")")
-            if a.moment != ZERO:
-                parts.append("couple (" + ", ".join(text(c, ring) for c in self._in_axes(a.moment)) + ")")
-            by = f"   [{a.by}]" if a.by else ""
-            lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
+        lines += action_lines(self.actions, self._written, self._written)
         for title, (left, right) in zip(TITLES, self.balances, strict=True):
             if not (left == 0 and right == 0):
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
@@ -198,7 +194,7 @@ class FreeBody(BodyBalance, Typeset):
         above = [f"&{latex_words(line)}" for line in self._e.heading]
         for head, lines in self._meanings(Latex, " &= "):
             rows += [f"&{latex_words(head)}", *lines]
-        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
+        return aligned([*above, *rows])
 
     def __repr__(self) -> str:
         return self.text()

@@ -41,8 +41,9 @@ from ...scalar.algebra import (
 )
 from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
+from ..printing.show import aligned
 from ..printing.typeset import Typeset
-from .balance import BodyBalance, body_balance
+from .balance import BodyBalance, body_balance, total_of
 from .planar import plane_in
 from .reaction import LETTERS
 
@@ -117,19 +118,12 @@ class MomentForm(Typeset):
     @cached_property
     def moments(self) -> Vector:
         """Σ M_A of all forces and couples in the axes of the components, canonical."""
-        total: Vector = ZERO
-        for action in self._free.actions:
-            arm = subtract(action.at, self._position)
-            total = add(total, add(action.moment, cross(arm, action.force)))
-        return self._free._in_axes(total)
+        return self._free._moments_about(self._position)
 
     @cached_property
     def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
         """(Σ M_A, sum of the terms), canonical, three of them."""
-        total: Vector = ZERO
-        for term in self.canonical_terms.values():
-            total = add(total, term)
-        return tuple(zip(self.moments, total, strict=True))
+        return tuple(zip(self.moments, total_of(self.canonical_terms.values()), strict=True))
 
     @cached_property
     def proven(self) -> bool:
@@ -190,7 +184,7 @@ class MomentForm(Typeset):
             parts = [latex(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
             right = " + ".join(rf"\left({part}\right)" for part in parts) or "0"
             rows.append(f"{latex(self.moments[k], ring, closed=False)} &= {right}")
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        return aligned(rows)
 
     def __repr__(self) -> str:
         return self.text()

@@ -28,9 +28,9 @@ from ...model.model import Model
 from ...scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, dot, floats
 from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text, text
-from ..printing.show import latex_words
+from ..printing.show import aligned, latex_words
 from ..printing.systems import Row, collect, eliminate
-from .action import TITLES
+from .action import TITLES, action_lines
 from .balance import BodyBalance, body_balance
 from .reaction import LETTERS, unknowns
 
@@ -250,17 +250,13 @@ def planar_text(body: BodyBalance) -> str:
         f"Free body '{body.body}': planar, components along {letters} of {body.frame} axes, "
         f"moments about {body.about} along {LETTERS[k]}",
     ]
+
+    def in_plane(force: Vector) -> str:
+        components = body._in_axes(force)
+        return f"({', '.join(text(components[j], ring) for j in within)})"
+
     shown = [a for a in body.actions if a.name not in plane.zero]
-    width = max([len(a.name) for a in shown], default=0)
-    for a in shown:
-        parts = []
-        if a.force != ZERO:
-            force = body._in_axes(a.force)
-            parts.append("force (" + ", ".join(text(force[j], ring) for j in within) + ")")
-        if a.moment != ZERO:
-            parts.append(f"couple {text(body._in_axes(a.moment)[k], ring)}")
-        by = f"   [{a.by}]" if a.by else ""
-        lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
+    lines += action_lines(shown, in_plane, lambda couple: text(body._in_axes(couple)[k], ring))
     for title, left, right in planar_balances(body):
         lines.append(f"  {title}:  {equation_text(left, right, ring)}")
     names = {a.name for a in body.actions}
@@ -280,4 +276,4 @@ def planar_latex(body: BodyBalance) -> str:
     pairs = [*((a, b) for _, a, b in planar_balances(body)), *body.laws]
     rows = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in pairs]
     above = [f"&{latex_words(line)}" for line in body._e.heading]
-    return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
+    return aligned([*above, *rows])

@@ -7,6 +7,7 @@ every configuration or if it has none, and else along the axes of the child body
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,7 @@ from ...scalar.algebra import (
     scale,
     transpose,
 )
+from ..derivation.derivation import Derivation
 from ..printing.show import aligned, column_latex, text_of
 from ..printing.typeset import Typeset
 
@@ -76,6 +78,16 @@ class Reaction(Typeset):
     frame: str
     components: dict[str, Any]
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls, e: Derivation, joint: str, wrench: tuple[Vector, Vector], on: str, about: Any,
+        components: dict[str, Any], notes: Sequence[str] = (),
+    ) -> Reaction:  # fmt: skip
+        """Return a reaction in ground axes; ``about`` is a point of the body, by its components, or a text."""
+        force, moment = map(e.column, wrench)
+        point = about if isinstance(about, str) else f"point ({', '.join(map(str, about))}) of {on}"
+        return cls(joint, force, moment, on, point, "ground", components, tuple(notes))
 
     def text(self) -> str:
         """Body, point and axes of the reaction, and its components, as plain text."""

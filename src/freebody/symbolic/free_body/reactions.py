@@ -60,20 +60,16 @@ class Reactions(Shown, Mapping[str, Reaction]):
         if name in self._closures:
             return self._closures[name]
         if name not in self._looked_up:
-            force, moment = self.canonical[name]
-            joint = e.model.joints[name]
-            self._looked_up[name] = Reaction(
-                joint=name,
-                force=e.column(force),
-                moment=e.column(moment),
-                on=joint.child,
-                about=f"point ({', '.join(map(str, joint.to))}) of {joint.child}",
-                frame="ground",
-                components={
-                    str(symbol): e.displayed(value)
-                    for symbol, value in self.canonical_components(name).items()
-                },
-                notes=tuple(undetermined_by_couplings(e, name)),
+            joint, values = e.model.joints[name], self.canonical_components(name)
+            parts = {str(symbol): e.displayed(value) for symbol, value in values.items()}
+            self._looked_up[name] = Reaction.of(
+                e,
+                name,
+                self.canonical[name],
+                joint.child,
+                joint.to,
+                parts,
+                undetermined_by_couplings(e, name),
             )
         return self._looked_up[name]
 
@@ -110,13 +106,5 @@ def closure_reactions(e: Derivation) -> dict[str, Reaction]:
             _, f, m = pair[0]  # on the child
             force, moment = add(force, scale(multiplier, f)), add(moment, scale(multiplier, m))
             parts[row.name] = e.displayed(multiplier)
-        result[name] = Reaction(
-            joint=name,
-            force=e.column(force),
-            moment=e.column(moment),
-            on=joint.child.name,
-            about=f"point ({', '.join(map(str, joint.to))}) of {joint.child.name}",
-            frame="ground",
-            components=parts,
-        )
+        result[name] = Reaction.of(e, name, (force, moment), joint.child.name, joint.to, parts)
     return result

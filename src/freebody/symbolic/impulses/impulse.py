@@ -363,7 +363,7 @@ class Struck(Typeset):
             for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
                 shown = ",\\ ".join(self._latex(x) for x in v)
                 lines.append(rf"&{latex_words(f'{name}: {what} ')}\left({shown}\right)")
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+        return aligned(lines)
 
     def _latex(self, x: Scalar) -> str:
         return ratio_latex(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"

@@ -13,7 +13,7 @@ from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.memory import DEEP, TOO_MANY_PHASES
 from freebody.motion.live.module import module_of
-from freebody.motion.phase.scene import NUMBERS
+from freebody.motion.phase.phase import NUMBERS
 from live_machines import Here, InWasm
 
 

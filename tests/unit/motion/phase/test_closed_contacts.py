@@ -17,8 +17,9 @@ from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import all_reactions, motion, total_power, transmitting
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.ode.dense_output import observe, outputs_at
+from freebody.motion.phase.phase import SMOOTH, at_limit
 from freebody.motion.phase.phase_record import PhaseData
-from freebody.motion.phase.scene import SMOOTH, at_limit, phase_of, scene_of
+from freebody.motion.phase.scene import phase_of, scene_of
 from freebody.native.records import address
 
 

@@ -6,7 +6,8 @@ import pytest
 from contact_machines import tumbling_box
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.ode.dense_output import observe
-from freebody.motion.phase.scene import at_limit, scene_of
+from freebody.motion.phase.phase import at_limit
+from freebody.motion.phase.scene import scene_of
 
 
 def test_the_limit_of_friction_is_a_force_of_fixed_direction():

@@ -138,6 +138,21 @@ def test_forces_that_no_motion_determines_are_those_least_in_norm():
     assert total == pytest.approx(np.zeros(3), abs=1e-9 * 98.1)
 
 
+def test_forces_across_a_direction_of_friction_that_no_motion_determines_hold_the_body():
+    s = fb.System("block")
+    s.gravity = (0, 1, -9.81)
+    body = s.body("block", fb.particle(2))
+    s.chain("move", s.ground, body, [fb.Slider(axis, axis) for axis in "xyz"])
+    for name, x in (("left", -1), ("right", 1)):
+        feet = body.point(x, 0, 0), s.ground.plane(normal="z")
+        s.contact(name, *feet, friction=(0.2, 0.4), along="x")
+    motion = fb.simulate(s, 0.5)
+    found = arrows(free_body_diagram(s, "block", trajectory=motion, at=0.25).svg)
+    for name in ("T2_left", "T2_right"):
+        drawn = float(found[name].get("data-value", "nan")) * three(found[name], "data-direction")
+        assert drawn == pytest.approx([0, -1, 0], abs=1e-9)
+
+
 def test_in_space_friction_is_one_arrow_while_it_slips_and_two_while_it_sticks():
     stick = arrows(free_body_diagram(ball_on_plane(), "ball", modes={"floor": "stick"}).svg)
     assert {"N_floor", "T1_floor", "T2_floor"} <= set(stick)

@@ -22,7 +22,6 @@ from freebody.picture.moving.keyframes import interpolated, keyframes
 from freebody.picture.page.animation import animation
 from freebody.picture.page.packing import FINE, packed
 from freebody.picture.page.page import LIVE, SCRIPTS, VIEW, page, policy, script
-from freebody.picture.page.report import document
 from page_data import scene_of, unpacked
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
@@ -383,13 +382,16 @@ def test_two_bodies_for_20_s_are_under_one_and_a_half_megabytes(tmp_path):
 # --- refusals, figures, notebook -----------------------------------------------------------------------------------
 
 
-def test_a_parameter_that_is_drawn_with_another_value_is_said(pendulum):
+def test_a_parameter_that_is_drawn_with_another_value_is_said(pendulum, tmp_path):
     s, motion = pendulum
+
+    def text(**options) -> str:
+        return fb.report(s, motion, tmp_path / "report.html", equations=True, **options).read_text("utf-8")
+
     name, value = next((name, value) for name, value in motion.values.items() if value > 0)
-    plain = document(s, motion, equations=True, drawn={"values": dict(motion.values)})
-    other = document(s, motion, equations=True, drawn={"values": {name: 1.25 * value}})
+    plain, other = text(drawn={"values": dict(motion.values)}), text(drawn={"values": {name: 1.25 * value}})
     assert "not to scale" not in plain
-    named = document(s, motion, equations=True, names={"I_O": "m*L**2/3"})
+    named = text(names={"I_O": "m*L**2/3"})
     assert "I_{O}" in named and "I_{O}" not in plain
     assert re.search(rf"not to scale.*{1.25 * value:.6g} in place of {value:.6g}\.</p>", other)
 
@@ -402,7 +404,7 @@ def test_what_was_read_of_a_file_is_said(tmp_path):
         <child link="a"/></joint></robot>"""
     )
     s = fb.read(path)
-    text = document(s, fb.simulate(s, 0.1))
+    text = fb.report(s, fb.simulate(s, 0.1), tmp_path / "report.html").read_text("utf-8")
     assert "<h2>File</h2>\n<p>Read from arm.urdf: 1 joint, 2 links.</p>" in text
     assert all(f"<li>{html.escape(line)}</li>" in text for line in str(s.reading).splitlines()[1:])
     assert "&lt;gazebo&gt;" in text

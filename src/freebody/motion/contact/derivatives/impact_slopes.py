@@ -25,8 +25,8 @@ import numpy as np
 from ...legs.loaded_slopes import Load, load_of_impact, own_impulses
 from ...ode.dense_output import Array
 from ...phase.candidates.speed_blocks import coupled_speeds
-from ...phase.scene import Phase
-from ...phase.snapshot import Snapshot
+from ...phase.phase import Phase
+from ...phase.scene import Snapshot
 from ..impact import Impact
 from .slopes import Slopes, refused, title
 

@@ -16,7 +16,7 @@ from ....scalar.dual import DualField, value_of
 from ...kernels.contact_quantities import NAMES, Asked, OfContacts, asked_by
 from ...legs.driven_slopes import dual_of, dual_state
 from ...ode.dense_output import Array
-from ...phase.scene import Phase
+from ...phase.phase import Phase
 from ...trajectory.outputs import OfContact
 from .slopes import ADHESION, Slopes, Touch, refused, title, turned_points, without_derivative
 

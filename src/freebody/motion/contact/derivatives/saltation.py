@@ -26,7 +26,7 @@ from ...events.limits import STILL
 from ...kernels.program import at_states
 from ...ode.dense_output import Array
 from ...phase.laws import CLOSED
-from ...phase.scene import LIMIT, Phase
+from ...phase.phase import LIMIT, Phase
 from ...trajectory.phases import Segment
 from .slopes import ADHESION, NORMAL_FORCE, Slopes, refused, title
 

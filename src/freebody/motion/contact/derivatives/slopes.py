@@ -21,9 +21,9 @@ from ...legs.driven_slopes import inputs_of
 from ...legs.variation import Unknown
 from ...ode.dense_output import Array, Rates, outputs_at
 from ...phase.candidates.candidate_slopes import candidate_slopes
-from ...phase.scene import Phase, Scene, scene_of
+from ...phase.phase import Phase
+from ...phase.scene import Scene, Snapshot, scene_of
 from ...phase.slopes_record import PhaseSlopes, phase_slopes
-from ...phase.snapshot import Snapshot
 
 _MODULES = "motion.phase.phase_slopes", "motion.phase.projection"
 _FUNCTIONS = ("varied", "slopes", "corrected_state")

@@ -22,7 +22,7 @@ from ...kernels.program import at_states
 from ...legs.switch_slopes import SwitchingLaws, least_rate, passed
 from ...ode.dense_output import Array, Path, Rates
 from ...ode.integration import Integration
-from ...phase.scene import Phase
+from ...phase.phase import Phase
 from ...trajectory.phases import Segment
 from ..course import Leap
 from .slopes import Slopes, refused
