@@ -168,6 +168,7 @@ class Memory:
         search.unjudged[count + self.scene.laws :] = (
             1  # each phase says which gaps it judges (`phase_stages.begin_steps`)
         )
+        search.follows = int(m == len(self.scene.endings))
         make_rows(run, PIECE)
         make_log(search, PIECE, n)
         return run
