@@ -64,10 +64,11 @@ class Search(Record):
                              window
     ``differences``, ``decay``    differences of the values of a function, and how they decay (`error_between`)
     ``has_slopes``, ``slopes``    1 if the slopes of the functions at the start of the window are known, and these [1/s]
-    ``follows``              1 if all functions run as the state does: the ends of windows may show it (`window.at_ends`)
+    ``smooth``               1 if all functions run as the state does, which the ends of windows may show (`window`)
     ``past_length``          length of the window before [s], 0 if there is none
     ``unresolved``           number of shortest windows of the step that do not resolve a function
-    ``table``     values at the points of the window, and the fraction of the step; then those at the start of the window before
+    ``table``     values at the points of the window, and the fraction of the step; then, in row BEFORE, those at the
+                  start of the window before
     ``signs``     last nonzero sign of each function, 0 until there is one
     ``log``       times, numbers, signs and states of the events of this piece of the run
     """
@@ -85,7 +86,7 @@ class Search(Record):
     differences: Annotated[Row, EVENLY]
     has_slopes: Whole
     slopes: Annotated[Row, "count"]
-    follows: Count
+    smooth: Count
     past_length: Real
     culprit: Whole
     directions: Annotated[Wholes, "count"]

@@ -72,11 +72,11 @@ def at_ends(run: Run) -> Truth:
     """Return whether the ends of the window, and the start of that before, show that no function has a zero in it.
 
     All values of a function have one sign then, and exceed by far what the parabola through them is off its chord by
-    between the ends, a fourth of its coefficient. A step resolves how the state bends, and so how functions do that
-    follow it. Others, of a user, may vibrate in between.
+    between the ends, a fourth of its coefficient. A step resolves how the state bends, and so how functions do that run
+    as it does (`Search.smooth`). Others may vibrate in between.
     """
     search, table = run.search, run.search.table
-    if search.follows == 0 or search.past_length == 0.0:
+    if search.smooth == 0 or search.past_length == 0.0:
         return False
     part_before = search.past_length / (search.span * run.h)
     short: Real = -math.inf
