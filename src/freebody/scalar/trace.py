@@ -181,6 +181,11 @@ class Tape(Field):
                 waiting += new
         return False
 
+    def uses(self, x: Traced) -> bool:
+        """True if an operation of this tape takes a scalar."""
+        operations = zip(self.op, self.a, self.b, strict=True)
+        return any(op > INPUT and x.index in (a, b) for op, a, b in operations)
+
     def evaluate(self, outputs: Iterable[Scalar], values: Mapping[str, float]) -> list[float]:
         """Values of the outputs in Python floats, from the inputs by name: the slow reference of the compiler."""
         outputs = list(outputs)

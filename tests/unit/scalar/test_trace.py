@@ -197,6 +197,7 @@ def test_what_a_scalar_depends_on():
     assert not tape.depends(2 * m - 1, {x.index, y.index})
     assert not tape.depends(3, {x.index})
     assert tape.depends(-y, {y.index})
+    assert all(map(tape.uses, (x, y, m))) and not tape.uses(tape.input("z"))
 
 
 def test_numbers_of_a_model_are_data_where_a_tape_says_so():

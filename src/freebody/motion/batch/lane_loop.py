@@ -19,7 +19,7 @@ from ..legs.failure import to_blame
 from ..ode import layout
 from ..ode.dense_output import Array, Rates
 from ..ode.memory import equip, make_log, own_memory, sizes, watch
-from ..ode.run import COEFFICIENTS, POINTS, Series
+from ..ode.run import COEFFICIENTS, ROWS, Series
 from .job import Job
 from .kernels import BatchProgram
 from .results import LANE_BY_LANE, Results
@@ -121,7 +121,7 @@ class LaneLoop:
             return self._batch(), lane, one
         self._watch(one.run, rates.constants)
         own = one.copies(lanes)
-        constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, POINTS, padded(m + 1)))
+        constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, ROWS, padded(m + 1)))
         signs = np.zeros((lanes, m), dtype=np.int64)
         for k in range(
             lanes

@@ -169,6 +169,7 @@ class Memory:
         search.unjudged[count + self.scene.laws :] = (
             1  # each phase says which gaps it judges (`phase_stages.begin_steps`)
         )
+        search.smooth = int(m == len(self.scene.endings) and self.scene.candidates.pattern.smooth)
         make_rows(run, PIECE)
         make_log(search, PIECE, n)
         return run

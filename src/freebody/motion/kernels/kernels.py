@@ -143,7 +143,11 @@ class Kernels:
 
     def parameters(self, values: Mapping[str, float]) -> Array:
         """Return the values in the order of the model's parameters."""
-        return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
+        return np.array([values[name] for name in self._parameter_names], dtype=float)
+
+    @cached_property
+    def _parameter_names(self) -> list[str]:
+        return [parameter.name for parameter in self.model.parameters]
 
     def rates_of(self, state: State) -> list[Scalar]:
         """Return y' on a tape: the rates of the coordinates and speeds, and the power of the work if there is any."""

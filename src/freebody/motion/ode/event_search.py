@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import EPS, Parts, Truth, greater, lesser, root
-from .run import MARGIN, PARTS, Run
+from .run import BEFORE, MARGIN, PARTS, Run
 from .states import are_finite, dense_state, state_in_step
 from .window import HALF_AS_MANY, doubt, evaluate, event_value, few_parts, forget, has_passed, tabulate
 
@@ -52,7 +52,7 @@ def find_events(run: Run, rejects: int) -> int:
     table, last = search.table, search.signs
     parts = few_parts(run)
     if parts < PARTS:
-        go_on(run, PARTS + 2, parts == 2)
+        go_on(run, PARTS + 2, parts <= 2)
         return 0
     points = tabulate(run)
     unknown = doubt(run, points)
@@ -124,10 +124,11 @@ def is_long(run: Run) -> Truth:
 def go_on(run: Run, points: int, longer: Truth) -> None:
     """Go to the next window, twice as long if it may be; the values at the end of this one are those at its start."""
     search, table = run.search, run.search.table
-    search.has_slopes = 1 if points == PARTS + 2 else 0
+    search.has_slopes = 1 if points == PARTS + 2 and table[PARTS + 1, search.count] >= 0.0 else 0
+    search.past_length = search.span * run.h
     for e in range(search.count):
         search.slopes[e] = (table[points, e] - table[PARTS + 1, e]) / (MARGIN * search.span * run.h)
-        table[0, e] = table[points, e]
+        table[BEFORE, e], table[0, e] = table[0, e], table[points, e]
     search.seen = 1.0 if search.reach <= 1.0 else search.seen + search.span
     if longer:
         search.span *= 2.0

@@ -29,7 +29,7 @@ STAGES = 13
 # Event functions are evaluated between PARTS parts of a window of the step, and at one more point close to either end.
 # MARGIN is the distance of these two points from the ends, as a fraction of the window: they show the slope there.
 PARTS, MARGIN = 8, 0.001
-POINTS, EVENLY = PARTS + 3, PARTS + 1
+BEFORE, ROWS, EVENLY = PARTS + 3, PARTS + 4, PARTS + 1
 
 
 def at_margin(parts: int) -> tuple[float, ...]:
@@ -64,8 +64,11 @@ class Search(Record):
                              window
     ``differences``, ``decay``    differences of the values of a function, and how they decay (`error_between`)
     ``has_slopes``, ``slopes``    1 if the slopes of the functions at the start of the window are known, and these [1/s]
+    ``smooth``               1 if all functions run as the state does, which the ends of windows may show (`window`)
+    ``past_length``          length of the window before [s], 0 if there is none
     ``unresolved``           number of shortest windows of the step that do not resolve a function
-    ``table``     values at the points of the window, and the fraction of the step
+    ``table``     values at the points of the window, and the fraction of the step; then, in row BEFORE, those at the
+                  start of the window before
     ``signs``     last nonzero sign of each function, 0 until there is one
     ``log``       times, numbers, signs and states of the events of this piece of the run
     """
@@ -83,11 +86,13 @@ class Search(Record):
     differences: Annotated[Row, EVENLY]
     has_slopes: Whole
     slopes: Annotated[Row, "count"]
+    smooth: Count
+    past_length: Real
     culprit: Whole
     directions: Annotated[Wholes, "count"]
     terminal: Annotated[Wholes, "count"]
     signs: Annotated[Wholes, "count"]
-    table: Annotated[Rows, POINTS, "columns"]
+    table: Annotated[Rows, ROWS, "columns"]
     g: Annotated[Row, "count"]
     zero_x: Annotated[Row, "zeros"]
     zero_number: Annotated[Wholes, "zeros"]

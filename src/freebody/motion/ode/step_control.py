@@ -262,7 +262,7 @@ def look(run: Run) -> int:
     Return UNDEFINED if a required function has no value, else RUNNING. Those that are guarded may be infinite.
     """
     search, values = run.search, run.search.table[0]
-    search.has_slopes = 0
+    search.has_slopes, search.past_length = 0, 0.0
     search.functions(run.t, run.y, search.c, values)
     for e in range(search.count):
         search.signs[e] = 1 if values[e] > 0.0 else (-1 if values[e] < 0.0 else 0)
@@ -328,8 +328,6 @@ def follow_events(run: Run) -> int:
     search, status, logged = run.search, RUNNING, -1
     if search.seen == 1.0:
         logged = run.events
-        if method.densify is not None:
-            method.densify(run)
         if method.expect is not None:
             method.expect(run, run.h)
         search.seen, search.span, search.unresolved = 0.0, 1.0, 0

@@ -8,14 +8,17 @@ fractions x of the step, 0 to 1. `step_control` binds these functions to a metho
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ...native.functions import components, unrolled
-from ...native.instructions import EPS, Parts, Real, greater, lesser, maximum
-from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run, at_margin
+from ...native.instructions import EPS, Parts, Real, Truth, greater, lesser, maximum
+from .run import AT_MARGIN, BEFORE, CLEAR, MARGIN, PARTS, Run, at_margin
 from .states import dense_state, state_in_step
 
 part = Parts()
 
+method: Any = None
+"""The method (`method.Method`), in the functions below."""
 EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
 """Rows of the table of the values at the ends of the equal parts of a window."""
 FEWEST, FEW = (2, 4), (*EVEN[::4], 0, 0, *EVEN[::2])
@@ -65,8 +68,28 @@ def fill(run: Run, k: int) -> None:
 
 
 @part
+def at_ends(run: Run) -> Truth:
+    """Return whether the ends of the window, and the start of that before, show that no function has a zero in it.
+
+    All values of a function have one sign then, and exceed by far what the parabola through them is off its chord by
+    between the ends, a fourth of its coefficient. A step resolves how the state bends, and so how functions do that run
+    as it does (`Search.smooth`). Others may vibrate in between.
+    """
+    search, table = run.search, run.search.table
+    if search.smooth == 0 or search.past_length == 0.0:
+        return False
+    part_before = search.past_length / (search.span * run.h)
+    short: Real = -math.inf
+    for e in components(search.count):
+        start, end = table[0, e], table[PARTS + 2, e]
+        bend = abs(end - start - (start - table[BEFORE, e]) / part_before) / (1.0 + part_before)
+        short = maximum(short, CLEAR / 4.0 * bend - greater(lesser(start, end), -greater(start, end)))
+    return short < 0.0
+
+
+@part
 def few_parts(run: Run) -> int:
-    """Return the number of equal parts, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
+    """Return the number of equal parts, 1, 2 or 4, whose ends show that no function has a zero in the window, or PARTS.
 
     All values of a function have one sign then, and exceed the error of the polynomial through them by far, as well as
     its bends: between two points it is off its chord by an eighth of Δ². The error is that of `error_between`.
@@ -74,6 +97,10 @@ def few_parts(run: Run) -> int:
     search, table, result = run.search, run.search.table, PARTS
     forget(run)
     fill(run, PARTS + 2)  # the state whose rates were the last that were asked for
+    if at_ends(run):
+        return 1
+    if search.seen == 0.0 and method.densify is not None:
+        method.densify(run)
     carry_slopes(run)
     fill(run, 1)
     fill(run, PARTS + 1)

@@ -81,6 +81,7 @@ class Pattern:
     ``columns``    place in the order of elimination of each entry of W
     ``sizes``      number of outputs of each contact; ``pairs``: of each pair of bodies
     ``blocks``     of speeds, that masses and conditions of the machine couple
+    ``smooth``     True if gaps and forces run as the state does: all surfaces are planes, and nothing depends on time
     """
 
     order: tuple[int, ...]
@@ -92,6 +93,7 @@ class Pattern:
     sizes: tuple[int, ...]
     pairs: tuple[int, ...]
     blocks: SpeedBlocks
+    smooth: bool
 
 
 def pairs_of(model: Model) -> list[tuple[int, ...]]:
@@ -237,6 +239,8 @@ class Candidates:
                 self.speeds_of_groups([[M.order[i] for i in columns[a : a + n]] for a, n, _ in of_rows]),
                 held,
             ),
+            all(c.presser or (c.law is None and c.surface.endless) for c in model.contacts)
+            and not tape.uses(state.t),
         )
         return {
             "machine": machine,
