@@ -229,10 +229,15 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
 def other_forces(it: EventRun) -> int:
     """Return 1 if a phase whose rates end has moved on by open forces: others may do so, as in a step of the speeds.
 
-    Where forces follow from the motion their end is that of the motion.
+    Where forces follow from the motion their end is that of the motion, and so is a jam, in which they grow.
     """
     moved = it.t > it.times[it.first_row] and it.t - it.leapt > 2.0 * it.leap
-    return has_open_forces(it) if moved and it.resting == 0 else 0
+    if not moved or it.resting != 0 or has_open_forces(it) == 0:
+        return 0
+    it.forces(it.times[it.first_row], it.states[it.first_row * it.n_y :], it.phase, it.speeds)
+    early = largest(it.speeds, it.rows)
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    return 1 if largest(it.speeds, it.rows) <= limits.GROWN * early else 0
 
 
 @compiled
