@@ -55,3 +55,34 @@ def test_a_drum_slaps_its_face_onto_the_floor():
 def test_moments_that_resist_rolling_share_open_forces_by_their_arms():
     """A ball cannot roll, as its hinge is at a stop; with M counted in Nm as a force in N the stop pulled."""
     assert violated(89) == []
+
+
+@pytest.mark.parametrize("seed", [507, 557, 482, 450])
+def test_dead_centres_and_joints_at_the_limit_of_their_friction(seed):
+    """Rates of rests by open forces that were not finite.
+
+    507: rows of one island nearly depend on each other, while forces of another one are shared; 557: the load of a
+    joint is round-off of contact forces; 482, 450: no load agrees with the friction of a joint at its limit.
+    """
+    assert violated(seed) == []
+
+
+def test_loads_of_joints_beside_forces_that_are_open_elsewhere():
+    """A capsule that lies on the floor by itself shares forces; the load of a hinge between two others does not."""
+    assert violated(1223) == []
+
+
+def test_what_open_forces_hold_needs_no_shares():
+    """Two capsules, one body by a stop, roll about the line through their points, of which one is at its limit.
+
+    With equal shares the stop would pull, and without it a capsule would slip. Ten thousand phases of 1 µs followed.
+    """
+    s, start = thrown(386)
+    motion = fb.simulate(s, UNTIL, initial=start)
+    assert len(motion.path.segments) < 2 * len(motion.events)
+    assert violations(sampled(motion, moments(motion, 200)), {}) == []
+
+
+def test_contacts_at_their_limits_stick_while_bounces_end():
+    """A capsule on a turntable slipped across the direction in which its other end holds it."""
+    assert violated(101) == []

@@ -15,9 +15,8 @@ from ..phase.phase import KINDS
 from ..start.loaded_joints import jammed, struck_load
 from .state import ContactRun
 
-BEFORE, GROWN = 0.9, 100.0
-"""Part of the last phase after which a force that grows without bound has grown by this factor: near a jam N is
-proportional to the time left, or to its root, to the power -1, and steps collapse at round-off of that time."""
+BEFORE = 0.9
+"""Part of the last phase after which a force that grows without bound has grown by `limits.GROWN`."""
 
 
 def refusal(work: ContactRun, why: int) -> SimulationError:
@@ -165,7 +164,7 @@ def dynamic_jam(work: ContactRun) -> str:
         return ""
     early, late = np.nanmax(forces[before]), np.nanmax(forces, axis=0)
     most = int(np.argmax(late))
-    if not late[most] > GROWN * early > 0:
+    if not late[most] > limits.GROWN * early > 0:
         return ""
     name = work.names[[k for k in range(it.contacts) if work.scene.first[k] == rigid[most]][0]]
     return (

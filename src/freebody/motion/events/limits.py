@@ -60,3 +60,6 @@ STALL, STALL_TIME = 20_000, 1e-4
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
 CREEPS = 1_000
 """Number of such steps after which a slip that fades is decided by speeds."""
+GROWN = 100.0
+"""Factor by which a force grows before a jam: N is proportional to the time left, or to its root, to the power -1, and
+steps collapse at round-off of that time."""

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 from ...dynamics.bearing_loads import LOADED
 from ...native.instructions import EPS, Reals, compiled, greater, root
+from ..cones.block_rows import root_of
 from ..cones.elimination import solved
 from .closed_contacts import balance
 from .conditions import NAN
 from .contact_outputs import closed_touched, evaluated, extended, force_of
+from .equal_shares import is_independent
 from .phase_record import PhaseData
 from .slopes_record import PhaseSlopes
 
@@ -116,11 +118,14 @@ def is_round_off(t: float, phase: PhaseData, change: float) -> int:
     """Return 1 if loads that differ by this part of the greatest one are the round-off of their parts, else 0.
 
     Reactions that cancel, as in a joint of two bodies of which each lies on the floor, have that of their parts: what
-    they are without accelerations and contact forces.
+    they are without accelerations and contact forces, and these forces.
     """
-    most, part = 0.0, 0.0
+    most, part, force = 0.0, 0.0, 0.0
+    for r in range(phase.rows):
+        force = greater(force, abs(phase.force[r]))
     for j in range(phase.loaded_count):
         most = greater(most, load_of(phase.at_loads, j))
+        part = greater(part, force * phase.at_loads[LOADED * j])
     for i in range(phase.n + phase.rows + phase.all_own):
         phase.state[phase.n_q + phase.n + i] = 0.0
     phase.bearings(t, phase.state, phase.bearings_c, phase.at_loads)
@@ -135,9 +140,9 @@ def is_round_off(t: float, phase: PhaseData, change: float) -> int:
 def differ(t: float, phase: PhaseData) -> int:
     """Set ``per_load`` by the motions at each load alone, beside that without; return 0 if one is not found, else 1.
 
-    It is zero where forces are open.
+    It is zero where forces beside these joints are open.
     """
-    size, count, first, is_open = 0.0, phase.loaded_count, phase.bearing, phase.conditions > phase.active
+    size, count, first, is_open = 0.0, phase.loaded_count, phase.bearing, bear_shares(phase) != 0
     for i in range(LOADED * count):
         first[i] = phase.at_loads[i]
     for j in range(count):
@@ -153,6 +158,17 @@ def differ(t: float, phase: PhaseData) -> int:
     for i in range(LOADED * count):
         phase.at_loads[i] = first[i]
     return 1
+
+
+@compiled
+def bear_shares(phase: PhaseData) -> int:
+    """Return 1 if forces are open in an island of a joint with a load, so that it bears shares of them, else 0."""
+    for j in range(2 * phase.loaded_count):
+        b = phase.beside_of[2 * phase.loaded[j // 2] + j % 2]
+        island = phase.number_of[root_of(phase.parent, b)]
+        if island >= 0 and is_independent(phase, island) == 0:
+            return 1
+    return 0
 
 
 @compiled

@@ -16,7 +16,8 @@ compliance, in the range of the rows. With S = G M⁻¹ Kᵀ and Q = G M⁻¹ G�
 where W = 1 gives the normal forces, and then W = N of the same contact for friction, and the mean of all N for the
 others: Σ N²/mean(N) + Σ |T|²/N is least, in which friction is shared in proportion to N. All W are forces, so that the
 units do not matter where normals are not parallel. A moment M that resists rolling counts as the force M/δ, so that its
-W is δ² times that. Each island has its own W: W = 1 remains where one of its contacts pulls or slips.
+W is δ² times that. Each island has its own W: W = 1 remains where one of its contacts pulls or slips. An island whose
+conditions are independent has λ = S⁻¹ r.
 
 All is in `PhaseData`. A new set of modes is other integers there for the same code.
 

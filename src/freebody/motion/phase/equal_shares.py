@@ -27,7 +27,8 @@ def shared(phase: PhaseData) -> int:
     if weighted(phase) == 0:
         return 0
     for s in range(phase.islands):
-        phase.weighed[s] = 1 if phase.slips_in[s] == 0 and pulls(phase, s) == 0 else 0
+        shares = is_independent(phase, s) == 0 and phase.slips_in[s] == 0 and pulls(phase, s) == 0
+        phase.weighed[s] = 1 if shares else 0
         if phase.weighed[s] != 0:
             weigh(phase, s)
             weighted_in(phase, s)  # contacts without load have no friction to share: the first shares remain
@@ -97,6 +98,8 @@ def weighted(phase: PhaseData) -> int:
 @compiled
 def weighted_in(phase: PhaseData, island: int) -> int:
     """Set λ of an island as `weighted` does."""
+    if is_independent(phase, island) != 0:
+        return unshared(phase, island)
     square, given, nu, lam, weight, S, Q = (
         phase.square, phase.given_square, phase.nu, phase.lam, phase.weight, phase.S, phase.Q,
     )  # fmt: skip
@@ -129,6 +132,32 @@ def weighted_in(phase: PhaseData, island: int) -> int:
             j = phase.members[m]
             before = lam[j] if refined != 0 else 0.0
             lam[j] = before + weight[j] * inner(nu, Q[j], active)
+    return 1
+
+
+@compiled
+def is_independent(phase: PhaseData, island: int) -> int:
+    """Return 1 if the conditions of an island are independent, so that none of its forces is shared, else 0."""
+    count = phase.member_at[island + 1] - phase.member_at[island]
+    return 1 if count == phase.active_at[island + 1] - phase.active_at[island] else 0
+
+
+@compiled
+def unshared(phase: PhaseData, island: int) -> int:
+    """Set λ of an island of independent conditions to the solution of S λ = r; return 0 if S is singular, else 1.
+
+    S W Qᵀ has the condition of S squared: beside a dead centre its forces are noise long before those of S are.
+    """
+    first, begin, S, square = phase.active_at[island], phase.member_at[island], phase.S, phase.square
+    active = phase.active_at[island + 1] - first
+    for a in range(active):
+        for b in range(active):
+            square[a, b] = S[phase.members[begin + b], a]
+        square[a, active] = phase.right[phase.independent[first + a]]
+    if eliminated(phase, active) == 0:
+        return 0
+    for b in range(active):
+        phase.lam[phase.members[begin + b]] = phase.nu[b]
     return 1
 
 

@@ -12,8 +12,8 @@ from .. import limits
 from ..event_run import EventRun
 from ..moment import approaches, copy_wholes, is_smooth, presses, size_of, slip_speed
 from ..setting import depends, listed, set_up
-from ..shares import find_shared, has_forces, leave_pulling, opened
-from .open_cones import beyond_cones
+from ..shares import find_shared, forces_decide, has_forces, leave_pulling, opened
+from .open_cones import are_near_cones, beyond_cones
 from .speed_step import presses_in_step, rests_in_step, step_of_speeds
 
 CREPT = 10.0
@@ -25,9 +25,12 @@ def hold_at_rest(it: EventRun, contacts: Contacts) -> int:
     """Set the modes of the step that has been passed if no contact slips slowly after it; return 1, or 0."""
     copy_wholes(it.mode, it.before, it.contacts)
     if are_at_rest(it, contacts) != 0:
+        copy_wholes(it.mode, it.decided, it.contacts)
         leave_pulling(it, contacts)
         if beyond_cones(it, -limits.SMALL, 0) != 0:
             stay_at_limits(it, contacts)
+        elif are_near_cones(it, -limits.SMALL, 0) != 0:
+            stay_closed(it, contacts)
         return 1
     copy_wholes(it.before, it.mode, it.contacts)  # a phase that was held too long is passed again with them
     it.rested[0] = math.nan
@@ -147,6 +150,20 @@ def stay_at_limits(it: EventRun, contacts: Contacts) -> None:
                 it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON
     set_up(it, contacts)
     if beyond_cones(it, -limits.SMALL, 0) != 0 or are_held(it, contacts) == 0:
+        copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
+
+
+@compiled
+def stay_closed(it: EventRun, contacts: Contacts) -> None:
+    """Keep the modes of the step where forces that are not open any more, as what pulled has opened, are beyond cones.
+
+    Open forces that do not decide the motion are within the laws at other shares: those of the step.
+    """
+    copy_wholes(it.mode, it.before, it.contacts)
+    copy_wholes(it.decided, it.mode, it.contacts)
+    set_up(it, contacts)
+    if it.spare_count == 0 or forces_decide(it, contacts) != 0:
         copy_wholes(it.before, it.mode, it.contacts)
         set_up(it, contacts)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ....native.instructions import compiled, lesser
 from ...cones.contacts import Contacts
 from ...ode.layout import FINISHED, RUNNING
+from ...phase import laws
 from ...phase.phase_record import PhaseData
 from .. import event_run, limits
 from ..decision import decide
@@ -131,7 +132,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         # friction of a fixed direction would move the body, where open forces hold it
         if it.resting == 0 and decided_by_speeds(it, contacts, it.target - it.t) != 0:
             return RUNNING
-        set_up(it, contacts)
+        stick_in_series(it, contacts)
     decides = 1 if it.choice != 0 or (it.spare_count > 0 and forces_decide(it, contacts) != 0) else 0
     if decides != 0 and it.refuse != 0:
         return event_run.OPEN_FORCES
@@ -167,6 +168,22 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         set_up(it, contacts)
         share_again(it, contacts, decides)
     return RUNNING
+
+
+@compiled
+def stick_in_series(it: EventRun, contacts: Contacts) -> None:
+    """Let what is at its limit stick while bounces end, which no step of the speeds follows, if open forces hold it.
+
+    Friction of a fixed direction leaves a contact free across it, which the others hold only along it.
+    """
+    copy_wholes(it.mode, it.before, it.contacts)
+    for k in range(it.contacts):
+        if it.resting != 0 and it.mode[k] == laws.LIMIT:
+            it.mode[k] = laws.STICK
+    set_up(it, contacts)
+    if it.spare_count == 0 or forces_decide(it, contacts) != 0:
+        copy_wholes(it.before, it.mode, it.contacts)
+        set_up(it, contacts)
 
 
 @compiled

@@ -7,7 +7,7 @@ import math
 from ....native.instructions import compiled, greater, lesser, run_by
 from ...cones.contacts import Contacts
 from ...kernels.switching import IS_STUCK, OTHER_SIDES, same
-from ...ode.layout import COLLAPSED, FINISHED, RUNNING, STIFF, TERMINAL, UNDEFINED
+from ...ode.layout import COLLAPSED, FINISHED, NOT_FINITE, RUNNING, STIFF, TERMINAL, UNDEFINED
 from ...ode.run import Run
 from ...phase import laws
 from ...phase.phase_record import PhaseData
@@ -26,6 +26,7 @@ from ..slips.slip_ends import fading, halt, turn_back
 from ..slips.slip_starts import shortest_turn
 from ..slips.straight_steps import UPSET
 from ..speeds.held_phases import end_of_phase, keep_start, pass_dead_centre
+from ..speeds.open_cones import has_open_forces
 from ..speeds.speeds import decided_by_speeds
 from .phase_end import clear_reasons, creeps, depth, is_slow, parted, reasons
 
@@ -191,6 +192,8 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
             it.holding = event_run.AT_REST if it.resting == 0 else it.holding
         elif it.resting == 0 and lands(it, contacts) != 0:
             it.until, status, it.holding = it.t, FINISHED, event_run.BESIDE
+    if status == NOT_FINITE and other_forces(it) != 0:
+        it.until, status, it.holding = it.t, FINISHED, event_run.AT_REST
     log_phase(it, FINISHED if status == STIFF else status, run.rejected, run.evaluated, run.stiffness, kind)
     if status == UNDEFINED and it.blame >= it.events:
         it.blame = it.ending[it.blame - it.events]
@@ -220,6 +223,21 @@ def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     if it.refuse != 0 and it.spare_count > 0 and forces_decided(it, contacts) != 0:
         return event_run.OPEN_FORCES
     return code
+
+
+@compiled
+def other_forces(it: EventRun) -> int:
+    """Return 1 if a phase whose rates end has moved on by open forces: others may do so, as in a step of the speeds.
+
+    Where forces follow from the motion their end is that of the motion, and so is a jam, in which they grow.
+    """
+    moved = it.t > it.times[it.first_row] and it.t - it.leapt > 2.0 * it.leap
+    if not moved or it.resting != 0 or has_open_forces(it) == 0:
+        return 0
+    it.forces(it.times[it.first_row], it.states[it.first_row * it.n_y :], it.phase, it.speeds)
+    early = largest(it.speeds, it.rows)
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    return 1 if largest(it.speeds, it.rows) <= limits.GROWN * early else 0
 
 
 @compiled
