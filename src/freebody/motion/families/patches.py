@@ -228,12 +228,12 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     lay_core(of, of.one, first)
     if of.members.mesh[of.members.mesh_at[second]] > 0:
         lay_core(of, of.other, second)
-    return measure_cores(of, second, limit)
+    return measure_cores(of, second, limit, 0.0)
 
 
 @compiled
-def measure_cores(of: Families, second: int, limit: float) -> float:
-    """Do the same where the cores are set; without a limit for points that stay closed.
+def measure_cores(of: Families, second: int, limit: float, tilt: float) -> float:
+    """Do the same where the cores are set, with ``tilt`` = `TILT` for points that stay closed in time steps.
 
     These stay on their face though the edges of it that sink separate the cores better: of a solid that rocks by turns
     on two points each would be found alone, and the other one fall, for ever.
@@ -256,7 +256,7 @@ def measure_cores(of: Families, second: int, limit: float) -> float:
     by_faces(of, b, a, FACE_OF_B, patch)
     if patch.apart > limit + r:
         return patch.apart - r
-    flat, wall, even = patch.apart, patch.kind, evenness(patch, limit)
+    flat, wall, even = patch.apart, patch.kind, greater(patch.even, tilt * patch.extent)
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
@@ -282,12 +282,6 @@ def measure_cores(of: Families, second: int, limit: float) -> float:
         else:
             between(patch, a, b)
     return patch.apart - r
-
-
-@inlined
-def evenness(patch: Patch, limit: float) -> float:
-    """Return by how much two edges may separate the cores better than a face that is taken for them."""
-    return greater(patch.even, TILT * patch.extent) if limit == FAR else patch.even
 
 
 @compiled
