@@ -336,9 +336,12 @@ def test_a_struck_wall_of_bricks_comes_to_rest():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [4.0, 4.5, 5.1])  # at some others one brick leans and rattles for seconds
+@pytest.mark.parametrize("speed", [3.7, 4.0, 4.5, 5.0, 5.1, 5.9])
 def test_a_wall_of_twenty_bricks_comes_to_rest(speed):
-    """31.8 J of 112 were made by lifting; steps with open forces took up to 1e6 sweeps, or were refused."""
+    """31.8 J of 112 were made by lifting; steps with open forces took up to 1e6 sweeps, or were refused.
+
+    At 3.7, 5.0 and 5.9 m/s some bricks rocked at g h for ever, on one point of a face and on another one in turns.
+    """
     s, start = twenty_bricks(speed)
     motion = fb.simulate(s, 3.5, initial=start, method="timestepping", step=H, times=[0.0, 1.75, 3.5])
     correction = np.array(motion.energy.correction)

@@ -226,10 +226,11 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
 
 @hot
 @compiled
-def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> None:
+def law_slopes(problem: ContactProblem, loose: float, augmented: int, g: Reals, G: Reals) -> None:
     """Set g and G, stored as the rows of the problem, of the changes dx = -(g + G dv) that would let e vanish.
 
-    e + E_r W dv + (E_x + δ s) dx = 0 contact by contact, with δ = ``loose``.
+    e + E_r W dv + (E_x + δ s) dx = 0 contact by contact, with δ = ``loose``. With ``augmented`` 1, two tangents have
+    the limit μ s P(x_N - r_N/s_N) of Alart and Curnier in place of μ s x_N, in e, too; both have the same zeros.
     """
     at, x, r, e = problem.blocks.at, problem.x, problem.r, problem.e
     for a in range(problem.count):
@@ -256,6 +257,11 @@ def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> Non
             for k in range(n):
                 part[k] = soft * w[k] if held else share * G[over + k]
         elif kind == FIRST:
+            under, compliance = problem.W[over:], 0.0
+            if augmented == 1 and problem.scale[bound(problem, a)] > 0.0 and problem.between[a] == 0:
+                limit, growth, compliance = augmented_limit(problem, a)
+                p, q = nearest(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
+                e[a], e[a + 1] = s * x[a] - p, s * x[a + 1] - q
             d, f, p = bend(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
             # held: d = f = 0, p = 1
             across = 1.0 / (s * (1.0 - p) + loose * s) if s > 0.0 else 0.0
@@ -264,9 +270,23 @@ def law_slopes(problem: ContactProblem, loose: float, g: Reals, G: Reals) -> Non
             g[a] = across * (e[a] - d * ahead) + d * push
             g[a + 1] = across * (e[a + 1] - f * ahead) + f * push
             for k in range(n):
-                forward, grown = d * w[k] + f * w[n + k], growth * G[over + k]
+                forward = d * w[k] + f * w[n + k]
+                grown = growth * (G[over + k] + compliance * under[k])
                 part[k] = across * p * (w[k] - d * forward) + d * grown
                 part[n + k] = across * p * (w[n + k] - f * forward) + f * grown
+
+
+@inlined
+def augmented_limit(problem: ContactProblem, a: int) -> tuple[float, float, float]:
+    """Return μ s P(y) of two tangents from row ``a`` on, y = x_N - r_N/s_N; μ and 1/s_N, or 0 where P(y) is not y."""
+    normal = bound(problem, a)
+    y, low = problem.x[normal] - problem.r[normal] / problem.scale[normal], problem.low[normal]
+    presses = y > low and y > 0.0
+    return (
+        problem.scale[a] * problem.mu[a] * greater(greater(y, low), 0.0),
+        problem.mu[a] if presses else 0.0,
+        1.0 / problem.scale[normal] if presses else 0.0,
+    )
 
 
 @compiled

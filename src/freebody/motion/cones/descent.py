@@ -11,7 +11,8 @@ forces of faces on faces are open, and change as little as they need. No length 
 brought back to the cones: e is defined everywhere, and a step that is cut loses what all contacts do together. From the
 impulses of a few sweeps this takes a few steps; where it does not end it goes astray, and the best x is kept.
 
-Source: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks).
+Sources: L. Qi, J. Sun, Mathematical Programming 58 (1993) 353-367 (Newton's method on equations with kinks); P. Alart,
+A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353-375 (the other limit of friction).
 """
 
 from __future__ import annotations
@@ -34,11 +35,18 @@ problem a step takes far more, and one whose forces are open may go to and fro b
 
 @compiled
 def descend(
-    problem: ContactProblem, memory: Newton, goal: float, close: float, most: int, part: float
+    problem: ContactProblem,
+    memory: Newton,
+    goal: float,
+    close: float,
+    most: int,
+    part: float,
+    augmented: int,
 ) -> float:
     """Improve x by up to ``most`` steps, δ a ``part`` of the residual; return that of the best, which x becomes.
 
-    It ends at the goal, and where steps are slow at a residual up to ``close``.
+    It ends at the goal, and where steps are slow at a residual up to ``close``. Where steps by one of the two limits of
+    friction, ``augmented`` or not (`law_slopes`), go to and fro between modes, those by the other one often end.
     """
     m, least, last, turn = problem.count, math.inf, math.inf, 0
     link(problem, memory.links)
@@ -54,7 +62,7 @@ def descend(
         if least <= close and size > SLOW * last:
             break
         last = size
-        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size))) == 0:
+        if step(problem, memory, greater(LOOSE, lesser(LOOSEST, part * size)), augmented) == 0:
             break
         turn += 1
     for a in range(m):
@@ -63,10 +71,10 @@ def descend(
 
 
 @compiled
-def step(problem: ContactProblem, memory: Newton, loose: float) -> int:
+def step(problem: ContactProblem, memory: Newton, loose: float, augmented: int) -> int:
     """Do one step with δ = ``loose``; return 0 if it has no value."""
     blocks, dv, g, G = problem.blocks, memory.step, memory.moved, memory.G[0]
-    law_slopes(problem, loose, g, G)
+    law_slopes(problem, loose, augmented, g, G)
     jacobian(problem, G, memory)
     if factored(memory.J[0], blocks, memory.links, memory.order) == 0:
         return 0

@@ -269,9 +269,10 @@ def at_once(
 
     Newton's method begins with the impulses of the sweeps, then with those of the interior point method, which begins
     at other rates in each turn. What that does not serve begins with none from the second turn on, with other damping
-    in each. The best impulses are kept.
+    in each. Every second turn has the other limit of friction (`cone.law_slopes`). The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
+    odd = 1 if turn > 0 and turn % 2 == 1 else 0
     least = islands.worst[island] / problem.reference
     for i in range(part.count):
         newton.y[i] = part.x[i]
@@ -282,16 +283,16 @@ def at_once(
         if is_bare(part) == 1 and part.count <= dense.most:
             left, ways = take_in(part, dense, goal, 0), 1
         elif way == 0:
-            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM, 1.0)
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM, 1.0, odd)
         elif inside == 1 and least > close:
             if way == 1:
                 begin(part, newton.path, start_of(turn), 1.0 if turn < LATE else 0.0)
             go_on(part, newton, ROUGH if way == 1 else (FINER if way == 2 else FINEST), PATH)
-            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM if turn == 0 else COLD, 1.0)
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, WARM if turn == 0 else COLD, 1.0, odd)
         elif least > close:
             for i in range(part.count):
                 part.x[i] = greater(part.low[i], 0.0)
-            left = descend(part, newton, INSIDE * goal, INSIDE * close, COLD, looseness(turn))
+            left = descend(part, newton, INSIDE * goal, INSIDE * close, COLD, looseness(turn), odd)
         if left < least:
             least = left
             for i in range(part.count):

@@ -10,7 +10,7 @@ from .broad_phase import bounds, choose_axis, overlap, sort
 from .faces import CORNER, FAR, NOWHERE
 from .family_record import POINTS, POSE, TOUCH, Families, Members, Pairs
 from .nearest import EDGES
-from .patches import measure_cores, take_core
+from .patches import TILT, measure_cores, take_core
 from .vectors import along, from_axes
 
 P, Q, T = 4, 7, 10
@@ -244,10 +244,11 @@ def spread(of: Families, first: int, second: int, both: int, limit: float, close
     take_core(of, of.one, first)
     if of.members.mesh[of.members.mesh_at[second]] > 0:
         take_core(of, of.other, second)
-    apart, count = measure_cores(of, second, FAR if closed == 1 else limit), of.pairs.count
+    tilt = TILT if closed == 1 else 0.0
+    apart, count = measure_cores(of, second, FAR if closed == 1 else limit, tilt), of.pairs.count
     add_points(of, first, second, both, limit, apart)
     if closed == 1 and of.pairs.count == count and apart <= limit:  # of other points, as beside a face
-        add_points(of, first, second, both, limit, measure_cores(of, second, limit))
+        add_points(of, first, second, both, limit, measure_cores(of, second, limit, 0.0))
 
 
 @compiled

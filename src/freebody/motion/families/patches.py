@@ -35,6 +35,10 @@ from .nearest import (
 )
 from .vectors import along, cross, vector
 
+TILT = 1e-4
+"""Length, relative to the size, by which two edges may separate better than a face that is taken for them where points
+stay closed: what a solid sinks at an end of a face, as it turns about the points that it stands on, in half a step."""
+
 
 @compiled
 def lay_core(of: Families, core: Core, k: int) -> None:
@@ -224,12 +228,16 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     lay_core(of, of.one, first)
     if of.members.mesh[of.members.mesh_at[second]] > 0:
         lay_core(of, of.other, second)
-    return measure_cores(of, second, limit)
+    return measure_cores(of, second, limit, 0.0)
 
 
 @compiled
-def measure_cores(of: Families, second: int, limit: float) -> float:
-    """Do the same where the cores are set."""
+def measure_cores(of: Families, second: int, limit: float, tilt: float) -> float:
+    """Do the same where the cores are set, with ``tilt`` = `TILT` for points that stay closed in time steps.
+
+    These stay on their face though the edges of it that sink separate the cores better: of a solid that rocks by turns
+    on two points each would be found alone, and the other one fall, for ever.
+    """
     a, b, patch = of.one, of.other, of.patch
     patch.count = 0
     if of.members.mesh[of.members.mesh_at[second]] == 0:
@@ -248,11 +256,11 @@ def measure_cores(of: Families, second: int, limit: float) -> float:
     by_faces(of, b, a, FACE_OF_B, patch)
     if patch.apart > limit + r:
         return patch.apart - r
-    flat, wall = patch.apart, patch.kind
+    flat, wall, even = patch.apart, patch.kind, greater(patch.even, tilt * patch.extent)
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
-    if patch.kind == EDGES and flat > patch.apart - patch.even and almost_flat(of, wall, limit) == 1:
+    if patch.kind == EDGES and flat > patch.apart - even and almost_flat(of, wall, limit, even) == 1:
         return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
         far = 2.0 * (limit + r) + patch.extent * ALONG if faces > 0 and limit < FAR else FAR
@@ -286,7 +294,7 @@ def touches_face(patch: Patch, r: float) -> int:
 
 
 @compiled
-def almost_flat(of: Families, wall: int, limit: float) -> int:
+def almost_flat(of: Families, wall: int, limit: float, even: float) -> int:
     """Take the face for two edges that separate the cores a little better, if it has a point about as deep as theirs.
 
     Return 1 if so, else 0. The gap of the edges is 0 together with that of their crossing over the face. A correction
@@ -301,7 +309,7 @@ def almost_flat(of: Families, wall: int, limit: float) -> int:
         cut(of, b, a, limit, 1.0)
     for k in range(patch.count):
         best = lesser(best, patch.points[k][6])
-    if best <= (0.5 * gap if gap < 0.0 else gap + patch.even) and patch.met[0] != NOWHERE:
+    if best <= (0.5 * gap if gap < 0.0 else gap + even) and patch.met[0] != NOWHERE:
         return 1
     patch.count, patch.normal[0], patch.normal[1], patch.normal[2] = 0, x, y, z
     return 0

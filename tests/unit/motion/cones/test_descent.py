@@ -10,7 +10,10 @@ from freebody.native import loop
 
 @pytest.mark.parametrize("kinds", [[NORMAL], [NORMAL, LINE], [NORMAL, FIRST, SECOND]])
 @pytest.mark.parametrize("seed", range(8))
-def test_the_laws_hold_in_what_it_finds_after_a_few_sweeps(kinds, seed):
+@pytest.mark.parametrize(
+    "augmented", [0, 1]
+)  # the limit of friction of the normal force, or of that and its rate
+def test_the_laws_hold_in_what_it_finds_after_a_few_sweeps(kinds, seed, augmented):
     rng = np.random.default_rng(seed)
     m, n = 4 * len(kinds), 8  # with two tangents more rows than directions: forces are open
     W = rng.normal(size=(m, n))
@@ -21,7 +24,8 @@ def test_the_laws_hold_in_what_it_finds_after_a_few_sweeps(kinds, seed):
     problem.x[:] = 0.0
     loop.code("motion.cones.sweeps", "solve")(problem, Sweeping.made(most=m), 1e-12, 8)
     memory = Newton.made(most=m, n=problem.blocks.n, links=1)
-    assert loop.code("motion.cones.descent", "descend")(problem, memory, 1e-12, 1e-12, 12, 1.0) <= 1e-12
+    descend = loop.code("motion.cones.descent", "descend")
+    assert descend(problem, memory, 1e-12, 1e-12, 12, 1.0, augmented) <= 1e-12
     x = problem.x[:m]
     assert dense.rated(x, A @ x + b) <= 2e-12
     assert memory.factored <= 6
@@ -32,5 +36,6 @@ def test_what_solves_the_problem_stays():
     dense.from_zero()
     before = dense.memory.x.copy()
     memory = Newton.made(most=2, n=dense.memory.blocks.n, links=1)
-    assert loop.code("motion.cones.descent", "descend")(dense.memory, memory, 1e-12, 1e-12, 12, 1.0) <= 1e-12
+    descend = loop.code("motion.cones.descent", "descend")
+    assert descend(dense.memory, memory, 1e-12, 1e-12, 12, 1.0, 0) <= 1e-12
     assert (dense.memory.x == before).all() and memory.factored == 0

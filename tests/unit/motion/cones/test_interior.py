@@ -37,7 +37,8 @@ def test_it_comes_near_and_the_laws_of_its_result_are_solved_from_there(tangents
     x, mu = dense.memory.x, 0.3
     for a in range(0, len(b), 1 + len(tangents)):  # inside the cones
         assert x[a] > 0 and np.linalg.norm(x[a + 1 : a + 1 + len(tangents)]) < mu * x[a]
-    assert loop.code("motion.cones.descent", "descend")(dense.memory, memory, 1e-12, 1e-12, 20, 1.0) <= 1e-12
+    descend = loop.code("motion.cones.descent", "descend")
+    assert descend(dense.memory, memory, 1e-12, 1e-12, 20, 1.0, 0) <= 1e-12
     x = dense.memory.x[: len(b)]
     assert dense.rated(x, A @ x + b) <= 2e-12
 

@@ -126,6 +126,27 @@ def test_the_rate_of_the_gap_is_that_of_the_points(first, second):
     assert compared > 30
 
 
+def test_a_face_that_sinks_at_its_edges_has_its_points_where_they_stay_closed():
+    """Two edges separate better than the face: with a limit they touch at one point, and others would fall."""
+    pair, rng, alone = Pair("box", "cube"), np.random.default_rng(6), 0
+    measure_cores = loop.code("motion.families.patches", "measure_cores")
+    for _ in range(100):
+        place = [np.zeros(3), [0.3 + 0.1 * rng.normal(), 0.2, 0.6]]
+        level = Rotation.from_rotvec([0, 0, rng.normal()])
+        turns = [Rotation.identity(), Rotation.from_rotvec([*2e-5 * rng.normal(size=2), 0]) * level]
+        narrow, points = pair.at(place, turns, 1e-3)
+        wide = measure_cores(pair.of, 1, 1e300, 1e-4)
+        face = np.array(pair.of.patch.points[: pair.of.patch.count])
+        assert wide == narrow
+        assert len(face) >= 3 and face[:, 6].min() == pytest.approx(wide, abs=1e-8)
+        alone += len(points) == 1
+        turns[1] = Rotation.from_rotvec([0.1, 0.1, 0]) * level  # beyond `TILT` it makes no difference
+        points = pair.at(place, turns, 1e300)[1]
+        measure_cores(pair.of, 1, 1e300, 1e-4)
+        np.testing.assert_array_equal(points, pair.of.patch.points[: pair.of.patch.count])
+    assert alone > 10
+
+
 @pytest.mark.parametrize("even", [0.0, 0.02])
 def test_what_a_wider_search_leaves_is_what_a_narrower_one_finds(even):
     """Points, gaps and numbers, also where edges and corners beside a face carry; points keep their numbers."""
