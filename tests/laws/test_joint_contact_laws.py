@@ -200,3 +200,28 @@ def test_a_load_that_changes_by_more_than_its_friction_is_found():
         assert motion.energy.relative_residual < 1e-9
         loads.append(dry.normal[0])
     assert (np.diff(loads) > 0).all()
+
+
+def struck_leg(L):
+    """A hanging double pendulum, lengths in units of 1/L m, whose rusty knee is nearly straight as its foot hits."""
+    s = fb.System("leg")
+    s.gravity = (0, 0, -9.81 * L)
+    thigh, shank = (s.body(name, fb.box(0.3, (0.05 * L, 0.05 * L, 0.4 * L))) for name in ("thigh", "shank"))
+    s.hinge("hip", s.ground, thigh, at=(0, 0, 0.5 * L), to=(0, 0, 0.2 * L), axis="y", coordinate="phi")
+    knee = s.hinge("knee", thigh, shank, at=(0, 0, -0.2 * L), to=(0, 0, 0.2 * L), axis="y", coordinate="psi")
+    s.friction("rust", knee, coefficient=0.3, radius=0.02 * L)
+    floor = s.ground.plane(at=(0, 0, -0.22 * L), normal="z")
+    s.contact("foot", shank.point(0, 0, -0.2 * L), floor, friction=0.5, restitution=0.3)
+    return fb.simulate(s, 0.35, initial={"phi": -0.55, "psi": -1.2})
+
+
+def test_lengths_in_other_units_have_the_same_impacts():
+    """A straight knee is wedged by the blow, and the restitution falls to e/8, in any unit of lengths.
+
+    Rates of the knee in rad/s were compared with those of the foot in m/s: one of a millimetre was missed.
+    """
+    metres, small = struck_leg(1), struck_leg(1e-3)
+    for motion in (metres, small):
+        assert "restitution reduced to 0.125 e" in "".join(map(str, motion.events))
+    assert [event.name for event in small.events] == [event.name for event in metres.events]
+    assert small.at(0.35).q == pytest.approx(metres.at(0.35).q, abs=1e-6)

@@ -57,12 +57,12 @@ def test_moments_that_resist_rolling_share_open_forces_by_their_arms():
     assert violated(89) == []
 
 
-@pytest.mark.parametrize("seed", [507, 557, 482, 450])
+@pytest.mark.parametrize("seed", [507, 557, 450])
 def test_dead_centres_and_joints_at_the_limit_of_their_friction(seed):
     """Rates of rests by open forces that were not finite.
 
     507: rows of one island nearly depend on each other, while forces of another one are shared; 557: the load of a
-    joint is round-off of contact forces; 482, 450: no load agrees with the friction of a joint at its limit.
+    joint is round-off of contact forces; 450: no load agrees with the friction of a joint at its limit.
     """
     assert violated(seed) == []
 

@@ -7,7 +7,7 @@ from typing import Any
 from ...native.instructions import Reals, compiled, greater
 from ...native.loop import made
 from .contacts import ACCEPTED, EXACT, Contacts
-from .solution import answer, find, lay_out, take
+from .solution import answer, equilibrate, find, lay_out, take
 from .uniqueness import is_held
 
 HALVINGS = 5
@@ -25,7 +25,7 @@ def rebounded(it: Contacts, part: float) -> float:
         it.forces[i], it.after[i] = 0.0, it.given[i]
     problem = it.problem
     for i in range(problem.count):
-        problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
+        problem.b[i], problem.low[i] = it.unit[i] * it.given[it.place[i]], 0.0
     hold_given(it, it.least)
     if it.poisson == 0:
         at = 0
@@ -34,7 +34,7 @@ def rebounded(it: Contacts, part: float) -> float:
                 continue
             at = unknown_of(it, k, at)
             if it.given[it.at[k]] < -it.still:
-                problem.b[at] += part * it.restitution[k] * it.given[it.at[k]]
+                problem.b[at] += part * it.restitution[k] * it.unit[at] * it.given[it.at[k]]
     residual = answer(it, EXACT)
     take(it)
     for i in range(it.rows):
@@ -47,7 +47,7 @@ def rebounded(it: Contacts, part: float) -> float:
             at = unknown_of(it, k, at)
             problem.low[at] = greater(part * it.restitution[k] * problem.x[at], 0.0)
         for i in range(problem.count):
-            problem.b[i] = it.after[it.place[i]]
+            problem.b[i] = it.unit[i] * it.after[it.place[i]]
         hold_given(it, it.back)
         residual = greater(residual, answer(it, EXACT))
         take(it)
@@ -71,7 +71,7 @@ def hold_given(it: Contacts, least: Reals) -> None:
             continue
         at = unknown_of(it, k, at)
         if is_held(it, k) != 0:
-            it.problem.low[at] = least[k]
+            it.problem.low[at] = least[k] / it.unit[at]
 
 
 @compiled
@@ -81,6 +81,7 @@ def collided(it: Contacts) -> int:
     Those with a residual of `ACCEPTED` are taken if none is `EXACT` for any part. Return 0.
     """
     lay_out(it)
+    equilibrate(it)
     for trial in range(2 * (1 + HALVINGS)):
         turn, bound = trial % (1 + HALVINGS), EXACT if trial <= HALVINGS else ACCEPTED
         it.part = 0.0 if turn == HALVINGS else 1.0 / (1 << turn)

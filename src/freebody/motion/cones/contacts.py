@@ -42,7 +42,8 @@ class Contacts(Record):
     ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact;  ``compressed``: impulses of its first part
     ``forces``, ``after``      λ and r
-    ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact
+    ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact, and
+                               ``unit`` what its rates are multiplied by there, and its forces divided
     ``directions``             number of independent directions of A;  ``most``: limit of the rows
     ``sole``                   1 if A is regular and the solution proven to be the only one
     ``restitution``, ``poisson``, ``still``, ``energy``, ``part``    of an impact (`contact.collision`)
@@ -81,6 +82,7 @@ class Contacts(Record):
     newton: Newton
     place: Annotated[Wholes, "most"]
     owner: Annotated[Wholes, "most"]
+    unit: Annotated[Row, "most"]
     starts: Annotated[Wholes, 2]
     pieces: Annotated[Wholes, "ends"]
     first: Annotated[Wholes, "ends"]

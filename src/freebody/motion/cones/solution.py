@@ -97,6 +97,8 @@ def lay_out(it: Contacts) -> None:
         problem.matrix[a, 0] = abs(problem.matrix[a, 0])
     scale_held(it)
     set_scales(problem)
+    for a in range(m):
+        it.unit[a] = 1.0
 
 
 @compiled
@@ -111,6 +113,51 @@ def scale_held(it: Contacts) -> None:
         a += 1
         while a < problem.count and problem.kinds[a] > NORMAL:
             a += 1
+
+
+@compiled
+def equilibrate(it: Contacts) -> None:
+    """Give friction that a given force bounds, as of joints that turn, rates like those of the other rows.
+
+    Of rates that are compared, 1 rad/s is not 1 m/s. Its rows have d r and x/d. Powers of two leave all digits.
+    """
+    a, problem, m, n, unit = it.equalities, it.problem, it.problem.count, it.directions, it.unit
+    for k in range(it.contacts):
+        if it.presser[k] < 0:
+            if is_held(it, k) != 0:
+                unit[a] = 0.0
+            a += 1
+            while a < m and problem.kinds[a] > NORMAL:
+                unit[a] = unit[a - 1]
+                a += 1
+    usual = 0.0
+    for i in range(m):
+        usual = greater(usual, unit[i] * problem.scale[i])
+    for i in range(m):
+        if unit[i] == 0.0:
+            unit[i] = unit[i - 1] if problem.kinds[i] > NORMAL else unit_of(problem.scale[i], usual)
+    for i in range(m):
+        for b in range(m):
+            it.chosen[i * m + b] *= unit[i] * unit[b]
+        for k in range(n):
+            it.H[i * n + k] *= unit[i]
+            it.C[i * n + k] *= unit[i]
+        for k in range(3):
+            if i + k < m:
+                problem.matrix[i, k] *= unit[i] * unit[i + k]
+        problem.scale[i] *= unit[i] * unit[i]
+
+
+@compiled
+def unit_of(scale: float, usual: float) -> float:
+    """Return the power of two whose square brings a rate per unit impulse within a factor of two of the usual one."""
+    result = 1.0
+    if scale > 0.0 and usual > 0.0 and math.isfinite(scale / usual) and math.isfinite(usual / scale):
+        while scale * result * result > 2.0 * usual:
+            result /= 2.0
+        while 2.0 * scale * result * result < usual:
+            result *= 2.0
+    return result
 
 
 @compiled
@@ -248,12 +295,12 @@ def take(it: Contacts) -> None:
     """Add B x to the forces; set ``after`` to A λ + c."""
     x = it.problem.x
     for a in range(it.problem.count):
-        it.forces[it.place[a]] += x[a]
+        it.forces[it.place[a]] += it.unit[a] * x[a]
         k = it.owner[a]
         for s in range(k, behind(it, k) if k >= 0 else k):
             if it.slides[s] != 0:
                 for j in range(it.tangents[s]):
-                    it.forces[it.at[s] + 1 + j] += ray(it, s, j) * x[a]
+                    it.forces[it.at[s] + 1 + j] += ray(it, s, j) * it.unit[a] * x[a]
     name_pressers(it)
     rated(it)
 
@@ -266,11 +313,11 @@ def find(it: Contacts) -> int:
     for i in range(it.rows):
         it.forces[i] = 0.0
     for i in range(problem.count):
-        problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
+        problem.b[i], problem.low[i] = it.unit[i] * it.given[it.place[i]], 0.0
     for k in range(it.contacts):
         if it.presser[k] >= 0:
             continue
-        problem.low[a] = it.least[k]
+        problem.low[a] = it.least[k] / it.unit[a]
         a += 1
         while a < problem.count and problem.kinds[a] > NORMAL:
             a += 1
