@@ -42,7 +42,7 @@ class Contacts(Record):
     ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact;  ``compressed``: impulses of its first part
     ``forces``, ``after``      λ and r
-    ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact, and
+    ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact,
                                ``unit`` what its rates are multiplied by there, and its forces divided
     ``directions``             number of independent directions of A;  ``most``: limit of the rows
     ``sole``                   1 if A is regular and the solution proven to be the only one
