@@ -272,7 +272,7 @@ def at_once(
     in each. Every second turn has the other limit of friction (`cone.law_slopes`). The best impulses are kept.
     """
     part, dense, newton = islands.part, islands.dense, islands.newton
-    odd = 1 if turn > 0 and turn % 2 == 1 else 0
+    odd = turn % 2
     least = islands.worst[island] / problem.reference
     for i in range(part.count):
         newton.y[i] = part.x[i]

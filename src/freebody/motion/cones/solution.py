@@ -313,11 +313,11 @@ def find(it: Contacts) -> int:
     for i in range(it.rows):
         it.forces[i] = 0.0
     for i in range(problem.count):
-        problem.b[i], problem.low[i] = it.unit[i] * it.given[it.place[i]], 0.0
+        problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
     for k in range(it.contacts):
         if it.presser[k] >= 0:
             continue
-        problem.low[a] = it.least[k] / it.unit[a]
+        problem.low[a] = it.least[k]
         a += 1
         while a < problem.count and problem.kinds[a] > NORMAL:
             a += 1
