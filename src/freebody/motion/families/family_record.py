@@ -247,8 +247,12 @@ class Patch(Record):
 
 @record
 class Families(Record):
-    """Families of contacts of a machine."""
+    """Families of contacts of a machine.
 
+    ``sharp``  1 for a step that was not solved with faces for edges where points stay closed (`patches.TILT`)
+    """
+
+    sharp: Whole
     links: Links
     members: Members
     laws: Laws

@@ -244,7 +244,7 @@ def spread(of: Families, first: int, second: int, both: int, limit: float, close
     take_core(of, of.one, first)
     if of.members.mesh[of.members.mesh_at[second]] > 0:
         take_core(of, of.other, second)
-    tilt = TILT if closed == 1 else 0.0
+    tilt = TILT if closed == 1 and of.sharp == 0 else 0.0
     apart, count = measure_cores(of, second, FAR if closed == 1 else limit, tilt), of.pairs.count
     add_points(of, first, second, both, limit, apart)
     if closed == 1 and of.pairs.count == count and apart <= limit:  # of other points, as beside a face

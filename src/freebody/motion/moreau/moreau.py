@@ -84,9 +84,11 @@ def march(run: Run, islands: Islands) -> int:
     run.done, run.failure, run.logged = 0, NONE, 0
     while run.done < run.steps and run.failure == NONE and room_left(run) == 1 and run.problem.stop == 0:
         t = run.times[run.done]
-        run.failure = midpoint(run, islands, t)  # 1: q_M = q + h/2 q'(q, u)
-        if run.failure == NONE:
-            run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
+        run.families.sharp = 0
+        run.failure = speeds(run, islands, t)
+        if run.failure == CONTACTS and run.families.patch.extent > 0.0:  # fewer points press at edges
+            run.families.sharp = 1
+            run.failure = speeds(run, islands, t)
         if run.failure == NONE:
             run.failure = end_speeds(run)
         if run.failure == NONE:
@@ -96,6 +98,15 @@ def march(run: Run, islands: Islands) -> int:
         if run.failure == NONE and run.problem.stop == 0:  # a step whose solvers were stopped is no step
             accept(run)
     return run.done
+
+
+@compiled
+def speeds(run: Run, islands: Islands, t: float) -> int:
+    """Find the impulses of a step and the speeds after it; return a failure or NONE."""
+    failure = midpoint(run, islands, t)  # 1: q_M = q + h/2 q'(q, u)
+    if failure != NONE:
+        return failure
+    return velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
 
 
 # -- 1: the middle of the step -------------------------------------------------------------------------
